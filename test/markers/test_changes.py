@@ -105,3 +105,34 @@ def test_a_number_that_takes_whole_ones_alone_becomes_the_nearest_one(no_limits,
 def test_a_whole_number_that_fits_is_exact(no_limits):
     found = changes.plan([values.track(4, SHOULDER) * 0.5], [3.0])
     assert (found.after, found.whole, found.is_exact) == ({SHOULDER: 6}, [], True)
+
+
+@pytest.mark.parametrize(
+    ('x', 'wanted', 'resolution', 'expected'),
+    [
+        (values.track(1.0, SHOULDER), 1.452682166528786, 1e-3, 1.453),
+        (values.track(1.0, SHOULDER), 1.4999999, 1e-3, 1.5),
+        (values.track(1.0, SHOULDER), 1234.56789, 1.0, 1235.0),
+        (values.track(0.0, SHOULDER), -1e-5, 1e-3, 0.0),
+        (values.track(50.0, SHOULDER) * 0.001, 0.0614159, 1e-3, 61.0),
+        (values.track(1.0, SHOULDER), 1.452682166528786, 1e-12, 1.452682166529),
+    ],
+)
+def test_a_drag_gives_a_source_no_more_digits_than_a_hand_can_see(x, wanted, resolution, expected):
+    assert changes.plan([x], [wanted], resolution=resolution).after == {SHOULDER: pytest.approx(expected, rel=1e-15)}
+
+
+def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
+    shoulder, elbow = values.track(0.3, SHOULDER), values.track(1.2, ELBOW)
+    tracked = [math.cos(shoulder) + math.cos(shoulder + elbow), math.sin(shoulder) + math.sin(shoulder + elbow)]
+    after = changes.plan(tracked, [1.1, 1.3], resolution=1e-3).after
+    assert values.evaluate(tracked, after) == pytest.approx([1.1, 1.3], abs=5e-4)
+    assert all(len(repr(value)) <= 6 for value in after.values()), after
+
+
+def test_a_source_at_its_bound_is_not_rounded_beyond_it(monkeypatch):
+    bounds = {SHOULDER: (None, 2.3456789)}
+    monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': bounds, 'read_only': []})
+    for wanted, expected in ((2.3456789, 2.3456789), (2.34567, 2.34567), (2.3421, 2.342)):
+        found = changes.plan([values.track(1.0, SHOULDER)], [wanted], resolution=2e-3).after
+        assert found == {SHOULDER: pytest.approx(expected, abs=1e-12)}

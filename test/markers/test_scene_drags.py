@@ -361,7 +361,7 @@ class Folded:
         monkeypatch.setattr(change_request, 'request_values', self.request_values)
         monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
         self.show()
-        self.drags = Drags(self.scene, Rules(rate=1000.0), str)
+        self.drags = Drags(self.scene, Rules(rate=1000.0, resolution=1e-9), str)
         self.x = self.scene.handle('/boxes::0').pose[0]
         assert self.drags.hold('/boxes::0', frame='world', pose=at(self.x))
 

@@ -6,6 +6,9 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tup
 
 from rosslt import node, values
 
+#: The significant digits of a float that are tried, of 17 that it may need.
+DIGITS = 13
+
 
 class Plan(NamedTuple):
     """The planned values of sources.
@@ -38,6 +41,7 @@ def plan(
     began: Optional[Mapping[values.Source, Any]] = None,
     last: Optional[Mapping[values.Source, Any]] = None,
     may_leap: bool = False,
+    resolution: float = 0.0,
 ) -> Plan:
     """Plan what the sources of tracked values become so that these become their targets, or come as near as they can.
 
@@ -50,6 +54,7 @@ def plan(
         last: {Source: value} of the last answer of this drag that brought the values to their targets, to be followed
             without a jump; by default the present values.
         may_leap: whether an answer that can only be reached by a jump is one, too.
+        resolution: what the hand tells apart, in the unit of the tracked values: floats become as round as that allows.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -62,11 +67,13 @@ def plan(
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
-        return Plan(present, values.continued(tracked, targets, here, **limits))
+        after = values.continued(tracked, targets, here, **limits)
+        return Plan(present, _rounded(after, tracked, resolution, limits))
     except values.NotInvertible:
         if may_leap:
             with contextlib.suppress(values.NotInvertible):
-                return Plan(present, values.solve(list(tracked), list(targets), **limits))
+                after = values.solve(list(tracked), list(targets), **limits)
+                return Plan(present, _rounded(after, tracked, resolution, limits))
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
@@ -92,6 +99,36 @@ def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.So
     present = {**found.before, **{source: value for source, value in applied.items() if source in found.before}}
     wanted = {**found.before, **found.after}
     return {source: wanted[source] for source, value in present.items() if wanted[source] != value}
+
+
+def _rounded(
+    after: Dict[values.Source, Any], tracked: Sequence[Any], resolution: float, limits: Mapping[str, Any]
+) -> Dict[values.Source, Any]:
+    """The roundest floats that bring tracked values to within half a resolution of where an answer brings them.
+
+    A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there.
+    """
+    bounds = {source: limits['bounds'].get(source, (None, None)) for source in after}
+    floats = [source for source, value in after.items() if type(value) is float and value not in bounds[source]]
+    exact = [float(value) for value in values.evaluate(list(tracked), after)]
+    for number, source in enumerate(floats, 1):
+        allowed = 0.5 * resolution * number / len(floats)
+        low, high = (inf if bound is None else bound for bound, inf in zip(bounds[source], (-math.inf, math.inf)))
+        for rounder in (0.0, *(float(f'{after[source]:.{digits}g}') for digits in range(1, DIGITS))):
+            trial = {**after, source: rounder}
+            if low <= rounder <= high and _is_within(allowed, tracked, trial, exact):
+                after = trial
+                break
+    return after
+
+
+def _is_within(distance: float, tracked: Sequence[Any], trial: Dict[values.Source, Any], exact: List[float]) -> bool:
+    """Return whether source values bring each of tracked values to within a distance of a number."""
+    try:
+        there = [float(value) for value in values.evaluate(list(tracked), trial)]
+    except (ArithmeticError, ValueError):
+        return False
+    return all(abs(one - other) <= distance for one, other in zip(there, exact))
 
 
 def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Source]:

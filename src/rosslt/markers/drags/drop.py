@@ -22,10 +22,11 @@ class Drop:
     Args:
         drag: it is over, and sources have followed it.
         change: changes the sources again for what is seen; False if it cannot.
+        resolution: how near it is where it was dropped, as of Rules.
     """
 
-    def __init__(self, drag: Drag, change: Callable[[], bool]) -> None:
-        self.drag = drag
+    def __init__(self, drag: Drag, change: Callable[[], bool], resolution: float = 0.0) -> None:
+        self.drag, self._resolution = drag, resolution
         self._handle = drag.solved
         self.loop = node.ClosedLoop(drag.request, lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
         self.loop.follow(self._observed(drag.solved))
@@ -51,6 +52,7 @@ class Drop:
     def _observed(self, handle: Handle) -> node.Observation:
         tracked, targets, _ = self.drag.wanted(handle, self.drag.pose)
         are_there = [
-            abs(float(value) - target) <= NOISE * max(1.0, abs(target)) for value, target in zip(tracked, targets)
+            abs(float(value) - target) <= max(self._resolution, NOISE * max(1.0, abs(target)))
+            for value, target in zip(tracked, targets)
         ]
         return node.observe(list(tracked), list(targets), is_reached=all(are_there))

@@ -42,11 +42,14 @@ class Rules(NamedTuple):
         is_live: whether they follow while the mouse moves, or when the button is released.
         rate: how often they follow while it moves, in Hz.
         timeout: how long an owner may take to answer, in seconds.
+        resolution: what a hand tells apart, in metres, radians and parts of a quaternion: sources become as round as
+            that allows.
     """
 
     is_live: bool = True
     rate: float = 20.0
     timeout: float = 1.0
+    resolution: float = 1e-3
 
 
 class Drags:
@@ -292,7 +295,7 @@ class Drags:
         if name not in self._held:  # no hand has taken it again meanwhile
             self._scene.let_go(name, None if refusal or not drag.request.after else drag.request)
             if not refusal and drag.request.after:
-                self._drops[name] = Drop(drag, lambda: self._change_again(drag))
+                self._drops[name] = Drop(drag, lambda: self._change_again(drag), self._rules.resolution)
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
 
@@ -309,7 +312,8 @@ class Drags:
         timeout = self._rules.timeout
         try:
             chosen = self.chosen.get(handle.name)
-            plan = changes.plan(tracked, targets, chosen, timeout / 2, drag.request.before, drag.followed, may_leap)
+            began, resolution = drag.request.before, self._rules.resolution
+            plan = changes.plan(tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution)
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
                 drag.solved = handle

@@ -35,6 +35,7 @@ def run() -> None:
         is_live=update == 'live',
         rate=_positive('~rate', Rules().rate),
         timeout=_positive('~timeout', Rules().timeout),
+        resolution=_positive('~resolution', Rules().resolution),
     )
     notes, handle_size = Notes(_positive('~text_height', 0.2)), _positive('~handle_size', 0.5)
     selection = Selection(_is_true('~show_all'))
