@@ -5,9 +5,18 @@ import math as plain_math
 import pytest
 import rospy
 from actionlib_msgs.msg import GoalID
-from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, PoseArray, PoseStamped, TransformStamped
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PointStamped,
+    PolygonStamped,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+)
 from move_base_msgs.msg import MoveBaseActionGoal
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
@@ -100,6 +109,18 @@ def path(*places):
     message = Path(poses=[pose_stamped(x) for x in places])
     message.header.frame_id = 'world'
     return message
+
+
+@pytest.mark.parametrize('message_class', [PoseWithCovarianceStamped, Odometry])
+def test_a_pose_with_covariance_has_the_handle_of_a_pose(scene, seen, message_class):
+    message = message_class()
+    message.header.frame_id = 'odom'
+    message.pose.pose.position.x, message.pose.pose.position.y = tracked(1.0), tracked(2.0, 2)
+    message.pose.pose.orientation.w = 1.0
+    take(scene, '/where', message)
+    (handle,) = seen.handles.values()
+    assert (handle.name, handle.frame, handle.pose[:3]) == ('/where', 'odom', (1.0, 2.0, 0.0))
+    assert handle.motions(lambda _: True).arrows == (True, True, False)
 
 
 def transform(child, x):

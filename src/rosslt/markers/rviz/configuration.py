@@ -36,6 +36,8 @@ DISPLAYS = {
     'geometry_msgs/PolygonStamped': DisplayKind('rviz/Polygon'),
     'geometry_msgs/PoseArray': DisplayKind('rviz/PoseArray'),
     'geometry_msgs/PoseStamped': DisplayKind('rviz/Pose'),
+    'geometry_msgs/PoseWithCovarianceStamped': DisplayKind('rviz/PoseWithCovariance'),
+    'nav_msgs/Odometry': DisplayKind('rviz/Odometry'),
     'nav_msgs/Path': DisplayKind('rviz/Path'),
     'visualization_msgs/Marker': DisplayKind('rviz/Marker', 'Marker Topic'),
     'visualization_msgs/MarkerArray': DisplayKind('rviz/MarkerArray', 'Marker Topic'),

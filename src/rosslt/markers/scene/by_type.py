@@ -9,8 +9,17 @@ from typing import Callable, Dict, Iterator, NamedTuple, Optional, Sequence, Tup
 import genpy
 import roslib.message
 import rospy
-from geometry_msgs.msg import Point, Point32, PointStamped, PolygonStamped, Pose, PoseArray, PoseStamped
-from nav_msgs.msg import Path
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PointStamped,
+    PolygonStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+)
+from nav_msgs.msg import Odometry, Path
 from tf2_msgs.msg import TFMessage
 
 from rosslt.markers.geometry import IDENTITY, PoseTuple
@@ -65,6 +74,13 @@ class MessageKind(NamedTuple):
 def pose_stamped(topic: str, message: PoseStamped, settings: Settings) -> Iterator[Named]:
     """A PoseStamped: one handle, with arrows."""
     yield topic, _on_pose(topic, message.header.frame_id, message.pose, settings, has_arrows=True)
+
+
+def pose_with_covariance(
+    topic: str, message: Union[PoseWithCovarianceStamped, Odometry], settings: Settings
+) -> Iterator[Named]:
+    """A pose with its covariance, and an Odometry, which has a twist as well: one handle, with arrows."""
+    yield topic, _on_pose(topic, message.header.frame_id, message.pose.pose, settings, has_arrows=True)
 
 
 def point_stamped(topic: str, message: PointStamped, settings: Settings) -> Iterator[Named]:
@@ -123,6 +139,8 @@ KINDS: Dict[str, MessageKind] = {
     'geometry_msgs/PolygonStamped': MessageKind(polygon_stamped),
     'geometry_msgs/PoseArray': MessageKind(pose_array),
     'geometry_msgs/PoseStamped': MessageKind(pose_stamped),
+    'geometry_msgs/PoseWithCovarianceStamped': MessageKind(pose_with_covariance),
+    'nav_msgs/Odometry': MessageKind(pose_with_covariance),
     'nav_msgs/Path': MessageKind(path),
     'sensor_msgs/JointState': MessageKind(joint_state, is_partial=True),
     'tf2_msgs/TFMessage': MessageKind(frames, is_partial=True, lifetime=frame_lifetime),
