@@ -1,10 +1,12 @@
 """A verb is one file in `rosslt/cli/verbs`: help, parser and tab completion derive from it."""
 
 import re
+from xml.etree import ElementTree
 
 import pytest
 
 from rosslt.cli import completers, completion, main, verb, verbs
+from support.imports import ROOT
 
 GREET = '''
 """`rosslt greet`: greet somebody."""
@@ -163,3 +165,9 @@ def test_the_command_ends_with_2_where_it_is_misused(capsys, line):
 )
 def test_options_and_message_types_are_completed(completions, line, expected):
     assert [each for each in completions(line) if 'Tracked' not in each] == expected
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert main(['--version']) == 0
+    package = ElementTree.parse(ROOT / 'package.xml')
+    assert capsys.readouterr().out == f'rosslt {package.findtext("version")}\n'

@@ -12,6 +12,7 @@ import re
 import sys
 from typing import Dict, List, Optional, Sequence
 
+import rosslt
 from rosslt import values
 from rosslt.cli import verb
 from rosslt.cli.failure import Failure, Misused, did_you_mean
@@ -22,7 +23,7 @@ _COMPLETE = 'complete'
 _USAGE = """\
 usage: rosslt VERB [ARGUMENT...]
 
-{}`rosslt VERB -h` says more, with an example.
+{}`rosslt VERB -h` says more, with an example; `rosslt --version` says which version this is.
 """
 
 
@@ -42,6 +43,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     name, rest = arguments[0], arguments[1:]
     if name in ('-h', '--help', 'help'):
         print(usage(), end='')
+        return 0
+    if name == '--version':
+        print(f'rosslt {rosslt.__version__}')
         return 0
     if name == _COMPLETE:
         from rosslt.cli import completion
