@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -21,7 +21,7 @@ from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Observation, is_alike, observe
 from rosslt.node.json_scalars import Value
 from rosslt.node.robot_description import check_joint_limits
-from rosslt.node.topics.listening import Listener
+from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
 
 #: The timeout of owners' answers, in seconds.
@@ -38,31 +38,6 @@ OF_GOALS = 'goal_id.id'
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
-
-
-class Heard(Protocol):
-    """A message, the topic that it was on, and the node that has sent it."""
-
-    @property
-    def topic(self) -> str: ...
-
-    @property
-    def publisher(self) -> str: ...
-
-    @property
-    def message(self) -> Any: ...
-
-
-class Stream(Protocol):
-    """The messages of a topic as they come."""
-
-    def next_before(self, end: float) -> Optional[Heard]:
-        """The next one; None where there is none until a time of `time.monotonic`."""
-        ...
-
-    def clear(self) -> None:
-        """Drop those that have arrived and were not read."""
-        ...
 
 
 class Outcome(NamedTuple):
@@ -195,7 +170,7 @@ class Forcing:
     """
 
     asker: Asker
-    stream: Stream
+    stream: Listener
     errors: NodeErrors
     path: str
     wanted: Any
@@ -227,7 +202,7 @@ class Forcing:
         check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:
             return Outcome({}, self.wanted, values.untracked(first.part), True)
-        before = None if getattr(heard, 'is_latched', False) else self._next_like(first)
+        before = None if heard.is_latched else self._next_like(first)
         self._moved_before = before is not None and not is_alike(first, before)
         self._before = before or first
         self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout, self._moved_before)
