@@ -69,9 +69,8 @@ class _Rewriter:
             return data
         try:
             new = values.reapply(leaves, self._changes)
-            messages.set_leaves(
-                message, {index: _fitting(made, leaf, kind) for (index, leaf, kind), made in zip(fields, new)}
-            )
+            held = {index: messages.as_held(made, kind) for (index, _, kind), made in zip(fields, new)}
+            messages.set_leaves(message, held)
             written = _serialized(message, message_class, messages.SAMPLED if received.is_sampled else None)
         except (ArithmeticError, ValueError, TypeError, genpy.SerializationError) as error:
             topic.left_out += 1
@@ -80,23 +79,6 @@ class _Rewriter:
         topic.changed += any(made != leaf for made, leaf in zip(new, leaves))
         topic.is_approximate = topic.is_approximate or any(map(_is_linearized, leaves))
         return written
-
-
-def _fitting(made: Part, leaf: Part, kind: str) -> Part:
-    """A new value as a field takes it.
-
-    Raises:
-        ValueError: the field takes whole numbers, and it is none, or it is no finite number.
-    """
-    plain = values.untracked(made)
-    if kind == 'i' and isinstance(plain, float):
-        whole = values.to_int(made)
-        if whole != plain:
-            raise ValueError(f'{plain!r} is no whole number, as the field takes them')
-        return whole
-    if isinstance(plain, complex):
-        raise ValueError(f'{values.explain(leaf)} would be {plain!r}')
-    return made
 
 
 def _is_linearized(leaf: Part) -> bool:

@@ -1,4 +1,5 @@
-"""Parts of messages by the paths that people write: `pose/position/x`, `points[3].x`; and whether a part is as wanted.
+"""Parts of messages by the paths that people write: `pose/position/x`, `points[3].x`; what a part can hold, and whether
+it is as wanted.
 
 A part goes together with its ROS type: a `float32` can come no nearer to a wanted number than 32 bits allow.
 """
@@ -11,7 +12,7 @@ from typing import Any, Iterator, List, Tuple, Union
 import genpy
 
 from rosslt import values
-from rosslt.messages.fields import SCALARS, Message, MessageClass, Scalar, limits_of
+from rosslt.messages.fields import SCALARS, Message, Scalar, kind_of, limits_of
 
 #: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
@@ -84,12 +85,11 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
         letter = SCALARS.get(kind)
         if letter is None or kind == 'bool' or not isinstance(target, (int, float)) or target - target != 0:
             continue
-        is_whole = letter not in 'fd'
+        is_whole = kind_of(kind) == 'i'
         try:
             struct.pack('<' + letter, int(target) if is_whole else target)
         except (struct.error, OverflowError):
-            bits = 8 * struct.calcsize('<' + letter)
-            holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {bits} bits'
+            holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {kind[-2:]} bits'
             article = 'an' if kind.startswith('int') else 'a'
             raise ValueError(f'the field is {article} {kind}, which holds {holds}, found {target!r}') from None
 
@@ -109,14 +109,29 @@ def is_reached(part: Message, wanted: Scalar, type_: str = '', within: float = 0
     return all(_is_met(leaf, target, kind, within) for leaf, target, kind in _paired(part, wanted, type_))
 
 
-def is_sent_as(value: Scalar, reading: MessageClass) -> bool:
-    """Return True if the value of a source that a message carries is this value, exactly or rounded to 32 bits."""
-    if type(value) is float and value != reading:
-        try:
-            return _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
-        except OverflowError:
-            return False
-    return bool(value == reading)
+def as_held(value: Scalar, kind: str) -> Scalar:
+    """A number as a field of a kind holds it, with its provenance: an int if the field takes whole numbers.
+
+    Raises:
+        ValueError, OverflowError: the field takes whole numbers, and it is none, or it is complex.
+    """
+    plain = values.untracked(value)
+    if isinstance(plain, complex):
+        raise ValueError(f'it would be {plain!r}, which no field takes')
+    if kind != 'i' or not isinstance(plain, float):
+        return value
+    whole = values.to_int(value)
+    if whole != plain:
+        raise ValueError(f'{plain!r} is no whole number, as the field takes them')
+    return whole
+
+
+def is_sent_as(value: Scalar, reading: Scalar) -> bool:
+    """Return True if the value of a source that a message carries is this value, up to rounding or to 32 bits."""
+    try:
+        return values.is_same(value, reading) or _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
+    except (OverflowError, struct.error):
+        return False
 
 
 def distance(part: Message, wanted: Scalar) -> float:

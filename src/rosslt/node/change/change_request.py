@@ -98,10 +98,10 @@ class ChangeRequest:
         return Shown.NOTHING
 
     def _of_source(self, source: Source, readings: Sequence[Any]) -> Shown:
-        if any(_is_sent_as(self.after[source], reading) for reading in readings):
+        if any(messages.is_sent_as(self.after[source], reading) for reading in readings):
             return Shown.NEW
         former = self._former[source]
-        is_old = all(any(_is_sent_as(value, reading) for value in former) for reading in readings)
+        is_old = all(any(messages.is_sent_as(value, reading) for value in former) for reading in readings)
         return Shown.OLD if is_old else Shown.OTHER
 
     def lost(self) -> Dict[Source, Any]:
@@ -128,7 +128,3 @@ class ChangeRequest:
 def is_equal(one: Any, other: Any) -> bool:
     """Return whether two values of a source are the same, and of one type."""
     return type(one) is type(other) and bool(one == other)
-
-
-def _is_sent_as(value: Any, reading: Any) -> bool:
-    return values.is_same(value, reading) or messages.is_sent_as(value, reading)

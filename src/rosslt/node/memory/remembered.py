@@ -17,12 +17,10 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 import genpy
 import rospy
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.node.json_scalars import Refused
 from rosslt.node.memory.walk import Reference, Slot, Walk, elements_of, numbers_in, running
 from rosslt.values import Source
-
-_INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'byte', 'char'}
 
 
 class Following(NamedTuple):
@@ -213,10 +211,11 @@ def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:
     if (type(plain) is str) is not (type(other) is str):
         return before
     if issubclass(type(owner), genpy.Message) and type(other) is float:
-        kind = dict(zip(owner.__slots__, owner._slot_types)).get(key)
-        if kind in _INTEGERS:
-            whole = values.to_int(value)
-            return whole if whole == value else before
+        type_ = dict(zip(owner.__slots__, owner._slot_types)).get(key, 'float64')
+        try:
+            return messages.as_held(value, messages.kind_of(type_))
+        except (OverflowError, ValueError):
+            return before
     return value
 
 

@@ -9,6 +9,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 from dynamic_reconfigure import msg
 
+from rosslt.messages import limits_of
 from rosslt.node.json_scalars import Refused, Value
 from rosslt.node.locations.location import Location
 
@@ -16,7 +17,7 @@ from rosslt.node.locations.location import Location
 RESERVED = {'groups', 'id', 'name', 'parameters', 'parent', 'state', 'type'}
 
 #: The range of an int in dynamic_reconfigure's messages.
-LOWEST, HIGHEST = -(2**31), 2**31 - 1
+LOWEST, HIGHEST = limits_of('int32')
 
 #: dynamic_reconfigure's names for the types of locations.
 TYPES = {float: 'double', int: 'int', str: 'str', bool: 'bool'}
