@@ -71,7 +71,7 @@ def part_at(message: Message, path: str) -> Tuple[Any, str]:
     return part, type_
 
 
-def check_range(part: Message, type_: str, wanted: Scalar) -> None:
+def check_range(part: Message, type_: str, wanted: Message) -> None:
     """Check that a target has no number beyond those of its field: the node that sends the message would fail.
 
     Args:
@@ -94,7 +94,7 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
             raise ValueError(f'the field is {article} {kind}, which holds {holds}, found {target!r}') from None
 
 
-def is_reached(part: Message, wanted: Scalar, type_: str = '', within: float = 0.0) -> bool:
+def is_reached(part: Message, wanted: Message, type_: str = '', within: float = 0.0) -> bool:
     """Return True if a part of a message equals its target, up to rounding.
 
     Args:
@@ -134,7 +134,7 @@ def is_sent_as(value: Scalar, reading: Scalar) -> bool:
         return False
 
 
-def distance(part: Message, wanted: Scalar) -> float:
+def distance(part: Message, wanted: Message) -> float:
     """Return the Euclidean distance of a part of a message from its target; infinite if a text or a bool differs."""
     total = 0.0
     for leaf, target, _ in _paired(part, wanted, ''):
@@ -145,7 +145,7 @@ def distance(part: Message, wanted: Scalar) -> float:
     return total if total == total else math.inf
 
 
-def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, Any, str]]:
+def _paired(part: Message, wanted: Message, type_: str) -> Iterator[Tuple[Any, Any, str]]:
     """The leaves beside those of a target, with their ROS types."""
     if wanted is None:
         return
@@ -166,7 +166,7 @@ def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, An
         yield part, wanted, type_
 
 
-def _is_met(leaf: Scalar, wanted: Scalar, type_: str, within: float) -> bool:
+def _is_met(leaf: object, wanted: Any, type_: str, within: float) -> bool:
     plain = values.untracked(leaf)
     if isinstance(plain, float) and isinstance(wanted, (int, float)):
         within = max(within, FLOAT32) if type_ == 'float32' else within

@@ -65,4 +65,4 @@ from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics.listening import Heard, Listener, TopicReader
 from rosslt.node.topics.services import Service, ServiceProxy
-from rosslt.node.topics.topics import Publisher, Subscriber, wait_for_message
+from rosslt.node.topics.topics import Publisher, Subscriber, has_its_provenance, wait_for_message

@@ -4,13 +4,14 @@ Messages of all topics are heard only then.
 """
 
 import html
-from typing import Any, Callable, ContextManager, Dict, List, Optional, Set, Tuple
+from typing import Callable, ContextManager, Dict, List, Optional, Set, Tuple
 
 import viser
 
 from rosslt import node, values
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, dot, svg
 from rosslt.markers import Graph
+from rosslt.messages import Message
 from rosslt.web.drawing import MANY
 from rosslt.web.markdown import code
 
@@ -95,7 +96,7 @@ class Flows:
         self._server, self.lock = server, lock
         self._looks: List[Look] = []
         self._reader = node.TopicReader(self._take, is_exact=True)
-        self._newest: Dict[Tuple[str, str], Any] = {}  # (topic, publisher) -> the last message
+        self._newest: Dict[Tuple[str, str], Message] = {}  # (topic, publisher) -> the last message
         self._provenance = ProvenanceMap()
 
     def add(self, client: viser.ClientHandle, sources: SourcesOf, topic: Optional[str] = None) -> Shown:
@@ -114,7 +115,7 @@ class Flows:
         with self.lock:
             self._looks = [one for one in self._looks if one is not look]
 
-    def newest(self, topic: str, publisher: str) -> Any:
+    def newest(self, topic: str, publisher: str) -> Optional[Message]:
         """The last message of a publisher on a topic while somebody looks, or None."""
         with self.lock:
             return self._newest.get((topic, publisher))

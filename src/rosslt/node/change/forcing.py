@@ -19,7 +19,6 @@ from rosslt.node.change.client import (
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Observation, is_alike, observe
-from rosslt.node.json_scalars import Value
 from rosslt.node.robot_description import check_joint_limits
 from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
@@ -86,7 +85,7 @@ class NotReached(values.Error):
         self.outcome = outcome
 
 
-def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
+def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     """The thing that a message is about, where nodes send several on one topic: what its names are.
 
     Args:
@@ -106,7 +105,7 @@ def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
 def force_field(
     topic: str,
     field: str,
-    target: Any,
+    target: object,
     source: Optional[values.Source] = None,
     sources: Optional[Sequence[values.Source]] = None,
     rounds: int = 5,
@@ -268,14 +267,14 @@ class Forcing:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return bool(changed)
 
-    def _observed(self, message: Any) -> Optional[Observation]:
+    def _observed(self, message: messages.Message) -> Optional[Observation]:
         try:
             part, type_ = messages.part_at(message, self.path)
         except messages.NoSuchPart:
             return None
         return observe(part, self.wanted, type_, self._messages)
 
-    def _is_other_goal(self, message: Any, observation: Optional[Observation]) -> bool:
+    def _is_other_goal(self, message: messages.Message, observation: Optional[Observation]) -> bool:
         """Return whether a message is a goal of an action that has none of the changed sources.
 
         Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
@@ -300,7 +299,7 @@ class Forcing:
             return ''
         return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
 
-    def _became(self, source: Source, now: Any) -> str:
+    def _became(self, source: Source, now: object) -> str:
         return f'{self._name(source)} is {now!r} by now, it was made {self._request.after[source]!r}'
 
     def _name(self, source: Source) -> str:
@@ -370,7 +369,7 @@ class Forcing:
         return f'no message of {publisher}{which} came within {self.timeout:g} s'
 
 
-def _differing(part: Any, other: Any) -> str:
+def _differing(part: object, other: object) -> str:
     """The leaves of a part of a message that differ from those of another one, in one line."""
     others = dict(values.leaves(other))
     found = []
@@ -381,6 +380,6 @@ def _differing(part: Any, other: Any) -> str:
     return _short(', '.join(found) or str(values.untracked(part)))
 
 
-def _short(value: Value) -> str:
+def _short(value: object) -> str:
     text = ' '.join(str(value).split())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'
