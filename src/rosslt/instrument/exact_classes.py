@@ -14,7 +14,7 @@ from rosslt.instrument.cells import plain
 
 
 def give_plain_ones() -> None:
-    """Have such functions get plain values, whoever calls them."""
+    """Have such functions get plain values, whoever calls them: a port of a parameter comes to them by `http.client`."""
     socket.getaddrinfo = _with_plain_arguments(socket.getaddrinfo)
     csv.field_size_limit = _with_plain_arguments(csv.field_size_limit)
     marshal.dumps, marshal.dump = _else_plain(marshal.dumps), _else_plain(marshal.dump)
