@@ -122,7 +122,7 @@ FAULTS = [
     Fault(
         'plain_message_after_a_change',
         'messages/sampling.py',
-        '            self._due.clear()\n            self._state = state',
+        '            self._due = dict.fromkeys(self._due, -math.inf)\n            self._state = state',
         '            self._state = state',
         ('test/messages/test_sampling.py',),
     ),

@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 from actionlib.action_client import ClientGoalHandle
 
-from rosslt.messages import Message, Scalar
+from rosslt.messages import Message
 from rosslt.node import Publisher, Subscriber
 
 #: The period and the maximal duration of asking the server for its connections, in seconds.
@@ -142,7 +142,7 @@ class _ActionServer(actionlib.ActionServer):
             setattr(self, name, _instead(getattr(self, name), carrying))
 
 
-def _instead(plain: Scalar, carrying: Any) -> Any:
+def _instead(plain: Any, carrying: Any) -> Any:
     """Replace a plain publisher or subscriber with one that carries provenance; they share their connections."""
     plain.unregister()
     return carrying

@@ -7,6 +7,7 @@ import pytest
 
 from rosslt.cli import completers, completion, main, verb, verbs
 from support.imports import ROOT
+from support.shell import rosslt
 
 GREET = '''
 """`rosslt greet`: greet somebody."""
@@ -167,7 +168,6 @@ def test_options_and_message_types_are_completed(completions, line, expected):
     assert [each for each in completions(line) if 'Tracked' not in each] == expected
 
 
-def test_the_version_is_that_of_the_package(capsys):
-    assert main(['--version']) == 0
+def test_the_version_is_that_of_the_package():
     package = ElementTree.parse(ROOT / 'package.xml')
-    assert capsys.readouterr().out == f'rosslt {package.findtext("version")}\n'
+    assert rosslt('--version', PYTHONUNBUFFERED='1').stdout == f'rosslt {package.findtext("version")}\n'

@@ -12,7 +12,6 @@ import re
 import sys
 from typing import Dict, List, Optional, Sequence
 
-import rosslt
 from rosslt import values
 from rosslt.cli import verb
 from rosslt.cli.failure import Failure, Misused, did_you_mean
@@ -27,11 +26,12 @@ usage: rosslt VERB [ARGUMENT...]
 """
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Optional[Sequence[str]] = None, version: str = '') -> int:
     """Run the command.
 
     Args:
         arguments: the arguments of the command line, by default this process's.
+        version: of the package.
 
     Returns:
         The exit code: 0, 1 where it did not work (the reason is on standard error), 2 where it was not understood.
@@ -45,7 +45,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         print(usage(), end='')
         return 0
     if name == '--version':
-        print(f'rosslt {rosslt.__version__}')
+        print('rosslt', version)
         return 0
     if name == _COMPLETE:
         from rosslt.cli import completion
@@ -59,15 +59,18 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return run(name, rest)
 
 
-def command() -> int:
+def command(version: str) -> int:
     """`main` as the executable of this process: it leaves the ROS graph when it is done.
+
+    Args:
+        version: of the package.
 
     Returns:
         The exit code, as of `main`.
     """
     # A node that runs in this process has a command line of its own, and ends as it would by itself.
     is_node = any(map(_takes_over, sys.argv[1:2]))
-    status = main()
+    status = main(version=version)
     if 'rosslt.node' in sys.modules and not is_node:
         sys.modules['rosslt.node'].leave()
     return status

@@ -56,15 +56,9 @@ def messages(bag: rosbag.Bag, topics: Optional[Sequence[str]] = None) -> Iterato
 
     Plain ones between whole ones have the provenance of the last of these.
     """
-    decoder, last = Decoder(), LastProvenance()
-    for topic, (type_, data, _, _, message_class), _, header in serialized(bag, topics):
-        publisher = header.get('callerid', b'')
-        # rosbag reads the fields of a connection's header as bytes
-        publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
-        # rosbag has one class for all types of the same fields, such as Point and Vector3
-        received = decoder.decode(data, message_class, topic, publisher)
-        completed = last.completed(received.message, received.is_sampled, (topic, publisher))
-        yield received._replace(type=type_, message=completed)
+    decoder = Decoder()
+    for topic, raw, _, header in serialized(bag, topics):
+        yield decoder.decode(topic, raw, header)
 
 
 def serialized(
@@ -83,21 +77,30 @@ def _read(bag: rosbag.Bag, topics: Optional[Sequence[str]], **options: bool) -> 
 
 
 class Decoder:
-    """Decodes serialized messages; provenance that cannot be read is reported once a topic and publisher."""
+    """Decodes serialized messages; plain ones between whole ones get the provenance of the last of these.
+
+    Provenance that cannot be read is reported once a topic and publisher.
+    """
 
     def __init__(self) -> None:
         self._reported: Set[Tuple[str, str]] = set()
+        self._last = LastProvenance()
 
-    def decode(self, data: bytes, message_class: Any, topic: str, publisher: str = '') -> Heard:
-        """The message that serialized data is."""
-        message, error, is_sampled = decode(data, message_class)
+    def decode(self, topic: str, raw: Raw, header: Header) -> Heard:
+        """The message that `serialized` gives."""
+        publisher = header.get('callerid', b'')
+        # rosbag reads the fields of a connection's header as bytes
+        publisher = publisher.decode('utf-8', 'replace') if isinstance(publisher, bytes) else publisher
+        message, error, is_sampled = decode(raw[1], raw[-1])
         if error is not None and (topic, publisher) not in self._reported:
             self._reported.add((topic, publisher))
             print(
                 f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
                 file=sys.stderr,
             )
-        return Heard(topic, publisher, message_class._type, message, is_sampled=is_sampled)
+        # the class may be another one: rosbag has one for all types of the same fields, such as Point and Vector3
+        message = self._last.completed(message, is_sampled, (topic, publisher))
+        return Heard(topic, publisher, raw[0], message, is_sampled=is_sampled)
 
 
 class ConnectionWriter:

@@ -115,7 +115,7 @@ class Traffic:
         return any(stream.whole for (name, _), stream in self._streams.items() if name == topic)
 
 
-def _is_result(path: str, value: Any, field: str) -> bool:
+def _is_result(path: str, value: object, field: str) -> bool:
     """Return whether a leaf of a message is a number that somebody may want to force: one of the field that was asked
     for, else one that has been computed."""
     plain = values.untracked(value)
@@ -128,7 +128,7 @@ def _is_within(path: str, field: str) -> bool:
     return path.startswith(field) and path[len(field) : len(field) + 1] in '.['
 
 
-def _numbers(message: Any, field: str) -> List[Any]:
+def _numbers(message: messages.Message, field: str) -> List[Any]:
     """The numbers in a part of a message, but for times and counts."""
     return [
         value

@@ -1,13 +1,14 @@
 """Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
 import sys
-from typing import Any, Dict, Iterable, List, Mapping, Tuple
+from typing import Dict, Iterable, List, Mapping, Tuple
 
 import rosgraph
 
 from rosslt import node, values
 from rosslt.cli.failure import Failure, did_it_begin_with, did_you_mean
 from rosslt.cli.master import TIMEOUT, full_name, problem_of, system_state, tracked_nodes
+from rosslt.messages import Message, Scalar
 from rosslt.node import Directory, Place
 
 
@@ -23,7 +24,7 @@ def locations_of(master: rosgraph.Master, directory: Directory, name: str) -> Li
     return places[name]
 
 
-def call(master: rosgraph.Master, name: str, service: str, service_class: Any, request: Any) -> Any:
+def call(master: rosgraph.Master, name: str, service: str, service_class: object, request: Message) -> Message:
     """Call a service of one node, `<node>/rosslt/<service>`; returns its response.
 
     Raises:
@@ -36,7 +37,7 @@ def call(master: rosgraph.Master, name: str, service: str, service_class: Any, r
 
 
 def change(
-    master: rosgraph.Master, directory: Directory, requester: str, wanted: Mapping[values.Source, Any]
+    master: rosgraph.Master, directory: Directory, requester: str, wanted: Mapping[values.Source, Scalar]
 ) -> Dict[values.Source, node.Change]:
     """Change sources, all or none; returns {Source: Change(old, new)}.
 

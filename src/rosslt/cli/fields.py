@@ -1,21 +1,16 @@
 """Fields and values as people write them: `pose/position/x`, `points[3].x`, `1.5`, `{x: 1.0}`."""
 
 import copy
-from typing import Any, Dict, List, Optional, Union
+from typing import Dict, List, Optional, Union
 
 import yaml
 
 from rosslt import messages, values
 from rosslt.cli.failure import Failure, did_you_mean
-
-#: A message of any type, a part of it, or values of the same shape. ROS 1 has no type annotations.
-Part = Any
-
-#: A value of a location.
-Scalar = Union[float, int, str, bool]
+from rosslt.messages import Message, Scalar
 
 
-def field_of(message: Part, path: str) -> Part:
+def field_of(message: Message, path: str) -> Message:
     """The part of a message at a path, the message itself at ''.
 
     Raises:
@@ -54,7 +49,7 @@ def conditions(text: str) -> Dict[str, str]:
     return {name: value for name, _, value in found}
 
 
-def path_where(message: Part, path: str, wanted: Dict[str, str]) -> Optional[str]:
+def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[str]:
     """The path of a field in that thing of a message that meets conditions; None where the message is about others.
 
     A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
@@ -92,7 +87,7 @@ def _path(walked: List[Union[str, int]]) -> str:
     return ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in walked).lstrip('.')
 
 
-def _meets(part: Part, wanted: Dict[str, str]) -> bool:
+def _meets(part: Message, wanted: Dict[str, str]) -> bool:
     return all(str(values.untracked(field_of(part, name))) == text for name, text in wanted.items())
 
 
@@ -101,7 +96,7 @@ def joined(path: str, leaf: str) -> str:
     return (_path(steps(path)) + (leaf if leaf.startswith('[') or not leaf else '.' + leaf)).lstrip('.')
 
 
-def target(message: Part, path: str, text: str) -> Part:
+def target(message: Message, path: str, text: str) -> Message:
     """The target for a part of a message, as `values.solve` takes it.
 
     Args:
@@ -117,7 +112,7 @@ def target(message: Part, path: str, text: str) -> Part:
     plain = values.untracked(part)
     try:
         if isinstance(plain, (bool, int, float, str)):
-            wanted: Part = parse_scalar(text, type(plain).__name__)
+            wanted: Message = parse_scalar(text, type(plain).__name__)
         else:
             wanted = _shaped(part, yaml.safe_load(text), 'the value')
         messages.check_range(part, type_, wanted)
@@ -154,12 +149,12 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     return value
 
 
-def source_values(part: Part) -> Dict[values.Source, Scalar]:
+def source_values(part: Message) -> Dict[values.Source, Scalar]:
     """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
     return values.source_values([leaf for _, leaf in values.leaves(part)])
 
 
-def _shaped(part: Part, wanted: Part, where: str) -> Part:
+def _shaped(part: Message, wanted: Message, where: str) -> Message:
     if wanted is None:
         return None
     if hasattr(part, '_slot_types'):
@@ -187,7 +182,7 @@ def _shaped(part: Part, wanted: Part, where: str) -> Part:
         raise Failure(f'{where}: {error}') from None
 
 
-def _missing(part: Part, step: Union[str, int], where: str) -> str:
+def _missing(part: Message, step: Union[str, int], where: str) -> str:
     if hasattr(part, '_slot_types'):
         meant, type_ = did_you_mean(str(step), part.__slots__), getattr(part, '_type', type(part).__name__)
         return f'{type_} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)

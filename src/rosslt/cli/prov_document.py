@@ -18,8 +18,6 @@ from rosslt.node import Directory
 #: The kinds of things: each is a namespace of its own, and identifiers are `location:/talker/radius` and the like.
 _KINDS = ('node', 'requester', 'location', 'value', 'change', 'field')
 
-#: A document of the package prov or a record in one; the package has no type annotations.
-Record = Any
 
 #: PROV names everything by URIs.
 _URI = 'urn:rosslt:'
@@ -55,20 +53,20 @@ class _Value(NamedTuple):
     """A value that a location had: as JSON, and as an entity."""
 
     text: str
-    entity: Record
+    entity: Any
 
 
 class _Things:
     """Puts agents, entities and activities into a document, each once."""
 
-    def __init__(self, document: Record, directory: Directory) -> None:
+    def __init__(self, document: Any, directory: Directory) -> None:
         self._document = document
         self._directory = directory
-        self._made: Dict[str, Record] = {}
+        self._made: Dict[str, Any] = {}
         self._values: Dict[values.Source, _Value] = {}  # the latest one of each location
         self._counts: Dict[values.Source, int] = {}
 
-    def location(self, source: values.Source, name: str) -> Record:
+    def location(self, source: values.Source, name: str) -> Any:
         """The entity that a location is, attributed to its node."""
         identifier = _identifier('location', name)
         if identifier not in self._made:
@@ -122,7 +120,7 @@ class _Things:
                 self._document.wasDerivedFrom(self._made[identifier], location)
                 self._document.wasAttributedTo(self._made[identifier], self._node(reach.publisher))
 
-    def _add_change(self, activity: Record, each: Recorded, time: datetime) -> None:
+    def _add_change(self, activity: Any, each: Recorded, time: datetime) -> None:
         change = each.recorded.change
         before = self._values.get(each.source)
         if before is None or before.text != change.old_value:  # the first one, or it has changed by itself
@@ -145,20 +143,20 @@ class _Things:
         self._document.specializationOf(entity, self.location(each.source, name))
         return _Value(text, entity)
 
-    def _node(self, name: str) -> Record:
+    def _node(self, name: str) -> Any:
         return self._agent('node', name, 'prov:SoftwareAgent')
 
-    def _requester(self, name: str) -> Record:
+    def _requester(self, name: str) -> Any:
         """Return the agent that requested a change: a node, or another requester such as the parameter server."""
         return self._node(name) if name.startswith('/') else self._agent('requester', name or 'somebody', 'prov:Agent')
 
-    def _agent(self, kind: str, name: str, prov_type: str) -> Record:
+    def _agent(self, kind: str, name: str, prov_type: str) -> Any:
         identifier = _identifier(kind, name)
         if identifier not in self._made:
             self._add(self._document.agent, identifier, name, {'prov:type': prov_type})
         return self._made[identifier]
 
-    def _add(self, make: Callable[..., Record], identifier: str, label: str, attributes: Dict[str, object]) -> Record:
+    def _add(self, make: Callable[..., Any], identifier: str, label: str, attributes: Dict[str, object]) -> Any:
         given = {name: value for name, value in attributes.items() if value is not None}
         self._made[identifier] = make(identifier, other_attributes={'prov:label': label, **given})
         return self._made[identifier]

@@ -8,15 +8,16 @@ from typing import Dict, Iterator, List, Sequence, Tuple
 import genpy
 
 from rosslt import values
-from rosslt.cli.fields import Part, joined
+from rosslt.cli.fields import joined
 from rosslt.cli.output import shortened, table, write_row
+from rosslt.messages import Message
 from rosslt.node import Directory, Heard
 
 #: The longest array without provenance that is shown to people in full; programs get all of it.
 LONGEST_ARRAY = 120
 
 
-def yaml_lines(part: Part) -> List[str]:
+def yaml_lines(part: Message) -> List[str]:
     """A message or a part of one as YAML, with the provenance in comments."""
     rows = []
     for indent, text, leaf in _yaml_rows(part, 0):
@@ -27,7 +28,7 @@ def yaml_lines(part: Part) -> List[str]:
     return [next(aligned) if comment else text for text, comment in rows]
 
 
-def _yaml_rows(part: Part, depth: int, label: str = '') -> Iterator[Tuple[int, str, Part]]:
+def _yaml_rows(part: Message, depth: int, label: str = '') -> Iterator[Tuple[int, str, Message]]:
     """(depth, text, tracked leaf or None) for each line."""
     prefix = label + ' ' if label else ''
     if _is_structure(part):
@@ -53,13 +54,13 @@ def _yaml_rows(part: Part, depth: int, label: str = '') -> Iterator[Tuple[int, s
         )
 
 
-def write_lines(part: Part, path: str = '') -> None:
+def write_lines(part: Message, path: str = '') -> None:
     """Print a line for each scalar: its path, its value, its provenance (empty where it has none)."""
     for leaf_path, leaf in values.leaves(part):
         write_row(joined(path, leaf_path), text_of(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
 
 
-def json_line(received: Heard, part: Part, path: str, directory: Directory) -> str:
+def json_line(received: Heard, part: Message, path: str, directory: Directory) -> str:
     """A message or a part of one as a line of JSON, with the provenance of its leaves beside it."""
     provenance = {
         joined(path, leaf_path): {
@@ -92,31 +93,31 @@ def _source(source: values.Source, directory: Directory) -> Dict[str, object]:
     return described
 
 
-def _has_provenance(leaf: Part) -> bool:
+def _has_provenance(leaf: Message) -> bool:
     return (
         leaf is not None and not isinstance(leaf, (list, tuple)) and not _is_structure(leaf) and values.is_tracked(leaf)
     )
 
 
-def _is_structure(part: Part) -> bool:
+def _is_structure(part: Message) -> bool:
     """Return True for a message, a time or a duration."""
     return isinstance(part, (genpy.TVal, genpy.Message))
 
 
-def _names(part: Part) -> Sequence[str]:
+def _names(part: Message) -> Sequence[str]:
     """The names of a structure's fields."""
     if isinstance(part, genpy.TVal):
         return ('secs', 'nsecs')
     return tuple(part.__slots__)
 
 
-def text_of(leaf: Part) -> str:
+def text_of(leaf: Message) -> str:
     """A scalar as JSON, a text as it is."""
     plain = _jsonable(leaf)
     return plain if isinstance(plain, str) else json.dumps(plain)
 
 
-def _jsonable(part: Part) -> Part:
+def _jsonable(part: Message) -> Message:
     """Convert a part of a message to JSON types: bytes to base64, as rosbridge does, and infinity and NaN to text."""
     plain = values.untracked(part)
     if _is_structure(plain):

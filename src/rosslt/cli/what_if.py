@@ -8,7 +8,6 @@ import rosbag
 
 from rosslt import messages, values
 from rosslt.cli import bags
-from rosslt.cli.fields import Part, Scalar
 from rosslt.values import AFFINE, Source
 
 
@@ -29,7 +28,7 @@ class Topic:
         self.reason = ''
 
 
-def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar]) -> Dict[str, Topic]:
+def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, messages.Scalar]) -> Dict[str, Topic]:
     """Write what the messages of a bag would have been.
 
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
@@ -50,28 +49,26 @@ def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, Scalar
 
 
 class _Rewriter:
-    def __init__(self, changes: Mapping[Source, Scalar]) -> None:
+    def __init__(self, changes: Mapping[Source, messages.Scalar]) -> None:
         self._changes = dict(changes)
         self._decoder = bags.Decoder()
-        self._last = messages.LastProvenance()
 
     def rewritten(self, name: str, topic: Topic, raw: bags.Raw, header: bags.Header) -> Optional[bytes]:
         """The data of a message with the other source values; None where it has no value."""
         data, message_class = raw[1], raw[-1]
-        received = self._decoder.decode(data, message_class, name)
-        message = self._last.completed(received.message, received.is_sampled, (name, header.get('callerid')))
-        topic.is_approximate = topic.is_approximate or message is not received.message
+        received = self._decoder.decode(name, raw, header)
+        message = received.message
         fields = messages.tracked_fields(message)
         if not fields:
             return data
+        topic.is_approximate = topic.is_approximate or received.is_sampled
         leaves = [leaf for _, leaf, _ in fields]
         if self._changes.keys().isdisjoint(values.sources(leaves)):
             return data
         try:
             new = values.reapply(leaves, self._changes)
-            messages.set_leaves(
-                message, {index: _fitting(made, leaf, kind) for (index, leaf, kind), made in zip(fields, new)}
-            )
+            held = {index: messages.as_held(made, kind) for (index, _, kind), made in zip(fields, new)}
+            messages.set_leaves(message, held)
             written = _serialized(message, message_class, messages.SAMPLED if received.is_sampled else None)
         except (ArithmeticError, ValueError, TypeError, genpy.SerializationError) as error:
             topic.left_out += 1
@@ -82,31 +79,14 @@ class _Rewriter:
         return written
 
 
-def _fitting(made: Part, leaf: Part, kind: str) -> Part:
-    """A new value as a field takes it.
-
-    Raises:
-        ValueError: the field takes whole numbers, and it is none, or it is no finite number.
-    """
-    plain = values.untracked(made)
-    if kind == 'i' and isinstance(plain, float):
-        whole = values.to_int(made)
-        if whole != plain:
-            raise ValueError(f'{plain!r} is no whole number, as the field takes them')
-        return whole
-    if isinstance(plain, complex):
-        raise ValueError(f'{values.explain(leaf)} would be {plain!r}')
-    return made
-
-
-def _is_linearized(leaf: Part) -> bool:
+def _is_linearized(leaf: messages.Message) -> bool:
     if values.affine(leaf) is not None:
         return False
     instructions, _ = values.disassemble([leaf])
     return any(instruction[0] == AFFINE and not instruction[-1] for instruction in instructions)
 
 
-def _serialized(message: Part, message_class: type, provenance: Optional[bytes]) -> bytes:
+def _serialized(message: messages.Message, message_class: type, provenance: Optional[bytes]) -> bytes:
     buff = io.BytesIO()
     if messages.is_tracked_type(message_class):
         messages.wrap(message, message_class, provenance).serialize(buff)

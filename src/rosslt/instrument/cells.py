@@ -45,7 +45,7 @@ def plain_object(value: Any) -> Any:
     return _one_object(plain, str(plain)) if plain == plain else value
 
 
-def is_same(one: Any, other: Any) -> bool:
+def is_same(one: Any, other: object) -> bool:
     """Evaluate `one is other` for operands that are not literals.
 
     Two tracked numbers are two objects as plain ones are. Python has but one object of each truth value, text that is
@@ -62,7 +62,7 @@ def is_same(one: Any, other: Any) -> bool:
 
 
 @functools.lru_cache(maxsize=4096)
-def _one_object(number: Any, _: str) -> Any:
+def _one_object(number: object, _: str) -> Any:
     """Return one object for equal numbers; the text distinguishes 0.0 from -0.0 and from 0."""
     return number
 
@@ -185,7 +185,7 @@ class Cells(list):
         (reading,) = values.lazy([self.literals[number].value], [lambda value: self._origin(number, value)])
         return reading
 
-    def _origin(self, number: int, value: Any) -> Any:
+    def _origin(self, number: int, value: object) -> Any:
         """Return the origin of the number in a cell, for `values.lazy`."""
         location = self.location(number)
         if location is None:
@@ -221,7 +221,7 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
     return _by_source.get(source)
 
 
-def decide_shapes(leaves: Iterable[Any]) -> None:
+def decide_shapes(leaves: Iterable[object]) -> None:
     """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
@@ -322,12 +322,12 @@ class CellLocation(node.LiteralLocation):
         if self.number in self.cells.steps:
             self.cells.steps[self.number] = plain(self.tracked)
 
-    def reading_of(self, value: Any) -> Any:
+    def reading_of(self, value: object) -> Any:
         # The code reads the number as it says it: an int where the location takes fractions, too.
         (reading,) = values.lazy([self.literal if value == self.literal else value], [self.origin])
         return reading
 
-    def origin(self, value: Any) -> Any:
+    def origin(self, value: object) -> Any:
         """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
         # An int that may become a float: what is said of it must hold for floats.

@@ -14,7 +14,7 @@ from rosslt.instrument.cells import plain
 
 
 def give_plain_ones() -> None:
-    """Have such functions get plain values, whoever calls them."""
+    """Have such functions get plain values, whoever calls them: `http.client` hands them the port of a parameter."""
     socket.getaddrinfo = _with_plain_arguments(socket.getaddrinfo)
     csv.field_size_limit = _with_plain_arguments(csv.field_size_limit)
     marshal.dumps, marshal.dump = _else_plain(marshal.dumps), _else_plain(marshal.dump)
@@ -26,7 +26,7 @@ def give_plain_ones() -> None:
             val = [values.untracked(part) for part in val]
         return strify(val, *arguments, **options)
 
-    def check_type(field_name: Any, field_type: Any, field_val: Any) -> None:
+    def check_type(field_name: object, field_type: object, field_val: object) -> None:
         check(field_name, field_type, values.untracked(field_val))
 
     genpy.message.strify_message = genpy.strify_message = strify_message
@@ -35,7 +35,7 @@ def give_plain_ones() -> None:
 
 def _with_plain_arguments(function: Callable[..., Any]) -> Any:
     @functools.wraps(function)
-    def called(*arguments: Any, **options: Any) -> Any:
+    def called(*arguments: object, **options: object) -> Any:
         return function(*map(plain, arguments), **{name: plain(option) for name, option in options.items()})
 
     return called
@@ -45,7 +45,7 @@ def _else_plain(function: Callable[..., Any]) -> Any:
     """A function of `marshal`, which gets its first argument without provenance where it would refuse it."""
 
     @functools.wraps(function)
-    def called(value: Any, *arguments: Any) -> Any:
+    def called(value: object, *arguments: object) -> Any:
         try:
             return function(value, *map(plain, arguments))
         except ValueError:

@@ -13,7 +13,7 @@ _TRACKED = frozenset(type(values.track(kind(), values.Source('/', 0))) for kind 
 def _to_the_bit(original: Callable[..., Any], tracked: Callable[..., Any]) -> Callable[..., Any]:
     """Combine two functions: numbers and exceptions come from `original`, provenance from `tracked`."""
 
-    def to_the_bit(*arguments: Any, **options: Any) -> Any:
+    def to_the_bit(*arguments: object, **options: object) -> Any:
         number = original(*map(_plain, arguments), **{name: _plain(option) for name, option in options.items()})
         return _with_provenance_of(tracked(*arguments, **options), number)
 
@@ -66,7 +66,7 @@ def convert(conversion: Any, *arguments: Any) -> Any:
 _CONVERSIONS: Dict[int, Callable[..., Any]] = {}
 
 
-def convert_by(original: Any, tracked: Callable[..., Any]) -> None:
+def convert_by(original: object, tracked: Callable[..., Any]) -> None:
     """Have a class of NumPy's numbers, or a conversion of Python's own, keep provenance where it is called.
 
     Args:
@@ -99,7 +99,7 @@ def sum_of(numbers: Any, *start: Any) -> Any:
     return _with_provenance_of(made, total)  # Python may add more exactly than one by one
 
 
-def type_of(thing: Any) -> Any:
+def type_of(thing: object) -> Any:
     """`type(x)`: the class that a number has without provenance."""
     kind = type(thing)
     try:
@@ -161,7 +161,7 @@ def _reflecting(name: str, in_place: bool = False) -> Callable[[Any, Any], Any]:
     """
     methods = {kind: getattr(kind, f'__r{name}__') for kind in (_TRACKED_FLOAT, _TRACKED_INT)}
 
-    def reflected(left: Any, right: Any) -> Any:
+    def reflected(left: object, right: object) -> Any:
         return methods[type(right)](right, left)
 
     return values.reflecting(getattr(operator, 'i' + name if in_place else name), reflected, _BESIDE)

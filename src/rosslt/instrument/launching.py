@@ -99,7 +99,7 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
         if self._rviz:
             self._add(RVIZ)
 
-    def _add(self, node_type: str, **options: Any) -> None:
+    def _add(self, node_type: str, **options: object) -> None:
         """Add a node of this package, unless the launch file has it."""
         if not any(one.type == node_type for one in self.config.nodes):
             beside = roslaunch.core.Node('rosslt', node_type, name=node_type, **options)

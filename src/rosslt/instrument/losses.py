@@ -111,7 +111,7 @@ class Losses:
         if place and (place in self._sent or len(self._sent) < MOST_PLACES):
             self._sent[place] += 1
 
-    def computed(self, result: Any, arguments: Any) -> None:
+    def computed(self, result: object, arguments: object) -> None:
         """A function that is not known to keep provenance has given a result."""
         if self.is_watched and _is_plain(result) and _has_provenance(arguments):
             frame: Any = sys._getframe(1)

@@ -1,7 +1,7 @@
 """The `numpy` that rewritten code gets: NumPy's functions, keeping provenance."""
 
 import sys
-from typing import Any, Dict, Set, Tuple
+from typing import Any, Set, Tuple
 
 import numpy
 import rospy
@@ -13,17 +13,7 @@ from rosslt.instrument.losses import LOSSES
 arrays = values.numpy_arrays()
 
 
-def numpy_functions() -> Dict[str, Any]:
-    """Return the replacements of `numpy` functions, {name: function}."""
-    return dict(arrays.replacements(numpy))
-
-
-def linalg_functions() -> Dict[str, Any]:
-    """Return the replacements of functions of `numpy.linalg`, {name: function}."""
-    return dict(arrays.replacements(numpy.linalg))
-
-
-def _reduced(value: Any, protocol: Any) -> Any:
+def _reduced(value: object, protocol: object) -> Any:
     return arrays.plain(value).__reduce_ex__(protocol)
 
 

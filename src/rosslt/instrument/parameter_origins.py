@@ -46,7 +46,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 self.origins[name]['said'] = None
         return made
 
-    def _rosparam_tag(self, tag: Element, *args: Any, **kwds: Any) -> Any:
+    def _rosparam_tag(self, tag: Element, *args: object, **kwds: object) -> Any:
         self._rosparam = _place_of(tag)
         return super()._rosparam_tag(tag, *args, **kwds)
 
@@ -81,7 +81,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 origin['rosparam'], origin['text'] = self._rosparam, text
             self._note(key, one.value, origin, path)
 
-    def _note(self, key: str, value: Any, origin: Dict[str, Any], path: Optional[List[_Step]] = None) -> None:
+    def _note(self, key: str, value: object, origin: Dict[str, object], path: Optional[List[_Step]] = None) -> None:
         for name in [one for one in self.origins if one == key or one.startswith(key + '/')]:
             del self.origins[name]  # the last declaration wins
         for steps, scalar in _scalars(value):
@@ -91,7 +91,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 self.origins[full]['path'] = [*path, *steps]
 
 
-def _scalars(value: Any) -> Iterator[Tuple[List[_Step], Any]]:
+def _scalars(value: object) -> Iterator[Tuple[List[_Step], Any]]:
     """The numbers, texts and truth values in a parameter, each with the steps to it."""
     if isinstance(value, list):
         for index, part in enumerate(value):
@@ -112,7 +112,7 @@ def _place_of(tag: Element) -> Tuple[int, int]:
     return next(index for index, one in enumerate(those) if one is tag), len(those)
 
 
-def with_earlier(origins: Dict[str, Dict[str, Any]]) -> str:
+def with_earlier(origins: Dict[str, Dict[str, object]]) -> str:
     """The text of the parameter `ORIGINS`: these origins, and those that other launch files have noted."""
     try:
         earlier = json.loads(rosgraph.Master('/rosslt').getParam(ORIGINS))

@@ -33,7 +33,7 @@ class Publisher(node.Publisher):
         BUDGET.ask(made)
         return made
 
-    def publish(self, *args: Any, **kwds: Any) -> None:
+    def publish(self, *args: object, **kwds: object) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
         self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
         now = time.monotonic()
@@ -56,7 +56,7 @@ class Publisher(node.Publisher):
         BUDGET.begin_round()
         self._stops = BUDGET.stops
 
-    def _provenance(self, message: Any) -> bytes:
+    def _provenance(self, message: messages.Message) -> bytes:
         return super()._provenance(message) if self._is_recorded else messages.SAMPLED
 
 
@@ -71,7 +71,7 @@ class Service(node.Service):
         BUDGET.begin_round()
 
 
-def reach(message: Any) -> bool:
+def reach(message: messages.Message) -> bool:
     """Make the literals known that are in a message. Those that reach a field of whole numbers stay whole.
 
     Args:
@@ -80,7 +80,7 @@ def reach(message: Any) -> bool:
     Returns:
         whether anything in it has a source.
     """
-    if _is_sent_as_it_is(message):
+    if node.has_its_provenance(message):
         return False
     fields = messages.tracked_fields(message)
     leaves = list({id(value): value for _, value, _ in fields}.values())
@@ -95,11 +95,7 @@ def reach(message: Any) -> bool:
     return bool(sources)
 
 
-def _is_sent_as_it_is(message: Any) -> bool:
-    return isinstance(message, (rospy.AnyMsg, type)) or messages.is_tracked_type(type(message))
-
-
-def _take_fractions(leaves: List[Any]) -> None:
+def _take_fractions(leaves: List[object]) -> None:
     """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats,
     and angles, such as one in degrees.
 

@@ -55,7 +55,7 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
         def _read(self, name: str) -> Any:
             return node.read_parameter(sys._getframe(), self._keys[name])
 
-        def _change_config(self, config: Any, level: int) -> Any:
+        def _change_config(self, config: object, level: int) -> Any:
             if self._made_at is not None and node.is_started():
                 self._find_sources(self._made_at)
             self._made_at = None
@@ -81,7 +81,7 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
     return Server
 
 
-def _plain_type(kind: Any) -> Any:
+def _plain_type(kind: object) -> Any:
     """The module that describes a configuration without provenance, which it has where it is the node's own."""
     own = {name: value for name, value in vars(kind).items() if not name.startswith('__')}
     if not any(values.is_tracked(leaf) for _, leaf in values.leaves(own)):

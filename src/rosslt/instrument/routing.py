@@ -52,7 +52,7 @@ class Counterpart(types.ModuleType):
         others: {name: what is there instead}.
     """
 
-    def __init__(self, original: types.ModuleType, others: Dict[str, Any]) -> None:
+    def __init__(self, original: types.ModuleType, others: Dict[str, object]) -> None:
         super().__init__(original.__name__, original.__doc__)
         names = vars(self)
         names.update({name: thing for name, thing in vars(original).items() if name != '__dict__'})
@@ -62,7 +62,7 @@ class Counterpart(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
         return route(getattr(self.__original__, name))
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         setattr(self.__original__, name, value)
         super().__setattr__(name, value)
 
@@ -70,7 +70,7 @@ class Counterpart(types.ModuleType):
         return dir(self.__original__)
 
 
-def route(thing: Any, origin: str = '') -> Any:
+def route(thing: object, origin: str = '') -> Any:
     """Return the counterpart of an imported object, or the object itself where there is none.
 
     Args:
@@ -97,7 +97,7 @@ def _make_counterparts(imported: str) -> None:
                 replace(sys.modules[package], Counterpart(sys.modules[package], {last: counterpart}))
 
 
-def route_all(names: Dict[str, Any], origin: str = '') -> None:
+def route_all(names: Dict[str, object], origin: str = '') -> None:
     """`route` for all that a module has, after `from ... import *`."""
     for name, thing in list(names.items()):
         routed = route(thing, origin)
@@ -105,7 +105,7 @@ def route_all(names: Dict[str, Any], origin: str = '') -> None:
             names[name] = routed
 
 
-def replace(original: Any, counterpart: Any) -> None:
+def replace(original: object, counterpart: object) -> None:
     """Register the counterpart that rewritten code gets instead of an original."""
     _counterparts[id(original)] = counterpart
     _kept.append(original)
@@ -129,7 +129,7 @@ def _tell_libraries() -> None:
             module.rospy = _LIBRARY_ROSPY  # type: ignore[attr-defined]
 
 
-def init_node(*args: Any, **kwds: Any) -> None:
+def init_node(*args: object, **kwds: object) -> None:
     """`rospy.init_node`, and what makes this node's locations known."""
     rospy.init_node(*args, **kwds)
     if _services:
@@ -152,7 +152,7 @@ def _make_known(verdicts: Collection[str] = (NUMBER, WHOLE)) -> None:
 _UNSET = object()
 
 
-def get_param(param_name: str, default: Any = _UNSET) -> Any:
+def get_param(param_name: str, default: object = _UNSET) -> Any:
     """`rospy.get_param`, with the parameter itself as the source of numbers and texts.
 
     Truth values stay plain, as a node may ask for them by `is`. Before there is a node, texts do as well, which may
@@ -173,7 +173,7 @@ def get_param(param_name: str, default: Any = _UNSET) -> Any:
     return rospy.get_param(param_name, *defaults)  # which says what is missing
 
 
-def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
+def _with_later_sources(value: object, read: Callable[[], Any]) -> Any:
     """Return the value of a parameter whose numbers look up their sources when these are first needed.
 
     Args:
@@ -187,7 +187,7 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
     if type(value) not in (float, int):
         return value
 
-    def origin(number: Any) -> Any:
+    def origin(number: object) -> Any:
         reading: Any = None
         with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
             reading = read() if node.is_started() else None
@@ -200,7 +200,7 @@ def _with_later_sources(value: Any, read: Callable[[], Any]) -> Any:
     return later
 
 
-def set_param(param_name: str, param_value: Any) -> None:
+def set_param(param_name: str, param_value: object) -> None:
     """`rospy.set_param`; what this node reads next is what it has set."""
     rospy.set_param(param_name, param_value)
     if node.is_started():
@@ -263,10 +263,10 @@ replace(time, _time())
 
 @replace_module('numpy')
 def _numpy(original: types.ModuleType) -> Any:
-    from rosslt.instrument import numpy_routing
+    from rosslt.instrument.numpy_routing import arrays, look_like_numpy
 
-    numpy_routing.look_like_numpy()
-    linalg, functions = numpy_routing.linalg_functions(), numpy_routing.numpy_functions()
+    look_like_numpy()
+    linalg, functions = arrays.replacements(original.linalg), arrays.replacements(original)
     for module, others in ((original.linalg, linalg), (original, functions)):
         for name, function in others.items():
             replace(getattr(module, name), function)

@@ -149,7 +149,7 @@ def _say(line: str) -> None:
     print('rosslt: ' + line, file=sys.stderr)
 
 
-def _report(hook: Any, kind: Any, error: BaseException, traceback: Any) -> None:
+def _report(hook: Any, kind: Any, error: BaseException, traceback: object) -> None:
     """Report what a node raised as it does itself, by its `sys.excepthook`, without the frames of what runs it."""
     _trim(error)
     hook(kind, error, error.__traceback__)

@@ -15,7 +15,7 @@ from rosslt.instrument.functions import to_float
 arrays = values.numpy_arrays()
 
 
-def tracked_functions(original: types.ModuleType, tracking_numpy: Any, tracking_math: Any) -> Dict[str, Any]:
+def tracked_functions(original: types.ModuleType, tracking_numpy: object, tracking_math: object) -> Dict[str, Any]:
     """The functions of tf's module by name.
 
     Args:

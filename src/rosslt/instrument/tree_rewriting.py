@@ -4,7 +4,7 @@ keeps provenance, and a state is cut off from its past. Lines and columns stay t
 
 import ast
 import copy
-from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple, Union
 
 from rosslt import files
 from rosslt.instrument.callees import CHANCE
@@ -119,7 +119,7 @@ def _shared_names(tree: ast.AST) -> Set[str]:
     return {name for node in ast.walk(tree) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
 
 
-def _hidden(tree: ast.AST, cells: Any) -> Tuple[Set[str], Tuple[type, ...]]:
+def _hidden(tree: ast.AST, cells: object) -> Tuple[Set[str], Tuple[type, ...]]:
     """Find right operands whose provenance a plain number on the left would ignore.
 
     Returns:
@@ -235,22 +235,22 @@ class _Rewriter(ast.NodeTransformer):
         reading = ast.Subscript(value=cells, slice=index, ctx=ast.Load())
         return ast.copy_location(reading, node)
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> Any:
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         around, self._is_exact = self._is_exact, node.name in _EXACT
         self.generic_visit(node)
         self._is_exact = around
         return node
 
-    def visit_Return(self, node: ast.Return) -> Any:
+    def visit_Return(self, node: ast.Return) -> ast.AST:
         self.generic_visit(node)
         if self._is_exact and node.value is not None:
             node.value = _call(PLAIN, [node.value], node.value)
         return node
 
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> Any:
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
         return node
 
-    def visit_Call(self, node: ast.Call) -> Any:
+    def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         conversion = CONVERSIONS.get(getattr(node.func, 'id', ''))
         name = getattr(node.func, 'id', '')
@@ -264,7 +264,7 @@ class _Rewriter(ast.NodeTransformer):
             return _call(CONVERT, [node.func, *node.args], node)
         return node
 
-    def visit_BinOp(self, node: ast.BinOp) -> Any:
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         operator = OPERATORS.get(type(node.op))
         is_needed = operator is not None and not self._is_known(node.left) and self._may_be_hidden(node.right)
         self.generic_visit(node)
@@ -295,7 +295,7 @@ class _Rewriter(ast.NodeTransformer):
         # Constants of other modules are called so.
         return name in self._hidden or (float in self._kinds and name.isupper())
 
-    def visit_Compare(self, node: ast.Compare) -> Any:
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
         has_literals = any(isinstance(operand, ast.Constant) for operand in (node.left, *node.comparators))
         self.generic_visit(node)
         if not all(isinstance(operator, (ast.Is, ast.IsNot)) for operator in node.ops):
@@ -313,13 +313,13 @@ class _Rewriter(ast.NodeTransformer):
         node.left, node.comparators = made[0], made[1:]
         return node
 
-    def visit_Import(self, node: ast.Import) -> Any:
+    def visit_Import(self, node: ast.Import) -> Union[ast.AST, List[ast.stmt]]:
         return [
             node,
             *(_routed(alias.asname or alias.name.split('.')[0], node, _text(alias.name, node)) for alias in node.names),
         ]
 
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> Any:
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> Union[ast.AST, List[ast.stmt]]:
         if node.module == '__future__':
             return node
         if any(alias.name == '*' for alias in node.names):
@@ -327,14 +327,14 @@ class _Rewriter(ast.NodeTransformer):
             return [node, ast.copy_location(ast.Expr(value=call), node)]
         return [node, *(_routed(alias.asname or alias.name, node, *_origin(node)) for alias in node.names)]
 
-    def visit_Assign(self, node: ast.Assign) -> Any:
+    def visit_Assign(self, node: ast.Assign) -> ast.AST:
         is_step = node in self._steps
         self.generic_visit(node)
         if is_step:
             node.value = _call(PLAIN, [node.value], node.value)
         return node
 
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> Any:
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         is_step = node in self._steps and node.value is not None
         self.generic_visit(node)
         if is_step and node.value is not None:
@@ -354,7 +354,7 @@ class _Rewriter(ast.NodeTransformer):
             return False
         return owner not in _bound_names(value)
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+    def visit_AugAssign(self, node: ast.AugAssign) -> Union[ast.AST, List[ast.stmt]]:
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
         is_needed = (

@@ -3,7 +3,7 @@
 It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 
 - `fields`: what the fields of a message class are; `walkers`: code compiled for the class that walks them.
-- `field_path`: parts of messages by the paths that people write.
+- `field_path`: parts of messages by the paths that people write, and what they can hold.
 - `codec`: provenance as bytes (docs/wire_format.md); `inband` and `tracked_types`: how these travel with a message.
 - `sampling`: which messages are whole, and the last provenance of each thing for those between.
 - `msg_files`: the generator of tracked message types.
@@ -13,6 +13,7 @@ from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,
+    as_held,
     check_range,
     distance,
     is_reached,
@@ -20,7 +21,7 @@ from rosslt.messages.field_path import (
     part_at,
     path_steps,
 )
-from rosslt.messages.fields import Message, MessageClass, Scalar, whole_numbers
+from rosslt.messages.fields import Message, MessageClass, Scalar, kind_of, limits_of, whole_numbers
 from rosslt.messages.inband import (
     Decoded,
     Found,

@@ -1,4 +1,5 @@
-"""Parts of messages by the paths that people write: `pose/position/x`, `points[3].x`; and whether a part is as wanted.
+"""Parts of messages by the paths that people write: `pose/position/x`, `points[3].x`; what a part can hold, and whether
+it is as wanted.
 
 A part goes together with its ROS type: a `float32` can come no nearer to a wanted number than 32 bits allow.
 """
@@ -11,7 +12,7 @@ from typing import Any, Iterator, List, Tuple, Union
 import genpy
 
 from rosslt import values
-from rosslt.messages.fields import SCALARS, Message, MessageClass, Scalar, limits_of
+from rosslt.messages.fields import SCALARS, Message, Scalar, kind_of, limits_of
 
 #: The distance of neighbouring 32-bit floats, relative to their size.
 FLOAT32 = 2.0**-23
@@ -70,7 +71,7 @@ def part_at(message: Message, path: str) -> Tuple[Any, str]:
     return part, type_
 
 
-def check_range(part: Message, type_: str, wanted: Scalar) -> None:
+def check_range(part: Message, type_: str, wanted: Message) -> None:
     """Check that a target has no number beyond those of its field: the node that sends the message would fail.
 
     Args:
@@ -84,17 +85,16 @@ def check_range(part: Message, type_: str, wanted: Scalar) -> None:
         letter = SCALARS.get(kind)
         if letter is None or kind == 'bool' or not isinstance(target, (int, float)) or target - target != 0:
             continue
-        is_whole = letter not in 'fd'
+        is_whole = kind_of(kind) == 'i'
         try:
             struct.pack('<' + letter, int(target) if is_whole else target)
         except (struct.error, OverflowError):
-            bits = 8 * struct.calcsize('<' + letter)
-            holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {bits} bits'
+            holds = '{} to {}'.format(*limits_of(kind)) if is_whole else f'numbers of {kind[-2:]} bits'
             article = 'an' if kind.startswith('int') else 'a'
             raise ValueError(f'the field is {article} {kind}, which holds {holds}, found {target!r}') from None
 
 
-def is_reached(part: Message, wanted: Scalar, type_: str = '', within: float = 0.0) -> bool:
+def is_reached(part: Message, wanted: Message, type_: str = '', within: float = 0.0) -> bool:
     """Return True if a part of a message equals its target, up to rounding.
 
     Args:
@@ -109,17 +109,32 @@ def is_reached(part: Message, wanted: Scalar, type_: str = '', within: float = 0
     return all(_is_met(leaf, target, kind, within) for leaf, target, kind in _paired(part, wanted, type_))
 
 
-def is_sent_as(value: Scalar, reading: MessageClass) -> bool:
-    """Return True if the value of a source that a message carries is this value, exactly or rounded to 32 bits."""
-    if type(value) is float and value != reading:
-        try:
-            return _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
-        except OverflowError:
-            return False
-    return bool(value == reading)
+def as_held(value: Scalar, kind: str) -> Scalar:
+    """A number as a field of a kind holds it, with its provenance: an int if the field takes whole numbers.
+
+    Raises:
+        ValueError, OverflowError: the field takes whole numbers, and it is none, or it is complex.
+    """
+    plain = values.untracked(value)
+    if isinstance(plain, complex):
+        raise ValueError(f'it would be {plain!r}, which no field takes')
+    if kind != 'i' or not isinstance(plain, float):
+        return value
+    whole = values.to_int(value)
+    if whole != plain:
+        raise ValueError(f'{plain!r} is no whole number, as the field takes them')
+    return whole
 
 
-def distance(part: Message, wanted: Scalar) -> float:
+def is_sent_as(value: Scalar, reading: Scalar) -> bool:
+    """Return True if the value of a source that a message carries is this value, up to rounding or to 32 bits."""
+    try:
+        return values.is_same(value, reading) or _SINGLE.unpack(_SINGLE.pack(value)) == (reading,)
+    except (OverflowError, struct.error):
+        return False
+
+
+def distance(part: Message, wanted: Message) -> float:
     """Return the Euclidean distance of a part of a message from its target; infinite if a text or a bool differs."""
     total = 0.0
     for leaf, target, _ in _paired(part, wanted, ''):
@@ -130,7 +145,7 @@ def distance(part: Message, wanted: Scalar) -> float:
     return total if total == total else math.inf
 
 
-def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, Any, str]]:
+def _paired(part: Message, wanted: Message, type_: str) -> Iterator[Tuple[Any, Any, str]]:
     """The leaves beside those of a target, with their ROS types."""
     if wanted is None:
         return
@@ -151,7 +166,7 @@ def _paired(part: Message, wanted: Scalar, type_: str) -> Iterator[Tuple[Any, An
         yield part, wanted, type_
 
 
-def _is_met(leaf: Scalar, wanted: Scalar, type_: str, within: float) -> bool:
+def _is_met(leaf: object, wanted: Any, type_: str, within: float) -> bool:
     plain = values.untracked(leaf)
     if isinstance(plain, float) and isinstance(wanted, (int, float)):
         within = max(within, FLOAT32) if type_ == 'float32' else within

@@ -7,20 +7,18 @@ is two, an array of scalars is one for each element.
 
 import operator
 import struct
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import genmsg
 import genmsg.msg_loader
 import genmsg.msgs
+from genpy import Message
 from genpy.generator import make_python_safe
-
-Message = Any
-"""A message, or a part of one: its class has no annotations."""
 
 MessageClass = Any
 """A message class of genpy, or a service class."""
 
-Scalar = Any
+Scalar = Union[bool, int, float, str]
 """What a leaf of a message holds, or should hold: a number, a bool or a text, tracked or plain."""
 
 _SEPARATOR = '\n' + '=' * 80 + '\nMSG: '

@@ -45,7 +45,7 @@ def locate(message: Message, wanted: Sequence[int], arrays: List[LocatedArray]) 
     return found
 
 
-def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequence[LocatedArray]) -> None:
+def put_located(found: Sequence[Located], values: Iterable[object], arrays: Sequence[LocatedArray]) -> None:
     """Write other values to located leaves, also to those in copied arrays."""
     for (owner, key, _, _), value in zip(found, values):
         if type(owner) is list:
@@ -56,7 +56,7 @@ def put_located(found: Sequence[Located], values: Iterable[Any], arrays: Sequenc
         setattr(owner, name, _like(array, items))
 
 
-def _like(array: Any, items: List[Any]) -> Any:
+def _like(array: Any, items: List[object]) -> Any:
     """Convert items to an array of the given array's type if it can hold tracked values, else to a list."""
     if type(array) is tuple:
         return tuple(items)

@@ -33,7 +33,7 @@ def packed_arrays(message_class: MessageClass) -> Callable[[Any], Any]:
     return lambda message: _packed(message, layout.definitions[layout.name], layout)
 
 
-def _packed(message: Message, fields: List[Field], layout: Layout) -> Any:
+def _packed(message: Message, fields: List[Field], layout: Layout) -> Message:
     result = message
     for field in fields:
         inner = None if field.type in SCALARS else layout.definitions.get(field.type)

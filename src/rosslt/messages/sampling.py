@@ -121,7 +121,7 @@ class SampledProvenance:
         self._is_costly = False
         self._last: Optional[Encoding] = None  # of the last message if it was costly
 
-    def to_send(self, message: Message, full_history: bool, state: Any) -> bytes:
+    def to_send(self, message: Message, full_history: bool, state: object) -> bytes:
         """The provenance of a message that is sent now.
 
         Args:
@@ -181,7 +181,7 @@ class LastProvenance:
         # Of each thing the last whole message: its tracked leaves and its form.
         self._kept: Dict[Hashable, Tuple[Sequence[Tuple[int, Any, str]], Tuple[Hashable, ...]]] = {}
 
-    def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Any:
+    def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Message:
         """Complete a sampled message: each leaf is the last expression of it plus the difference.
 
         Args:

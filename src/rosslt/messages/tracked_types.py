@@ -143,7 +143,7 @@ def _compiled(full_name: str, texts: Dict[str, str]) -> type:
     return namespace[specs[full_name].short_name]
 
 
-def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[bytes] = None) -> Any:
+def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[bytes] = None) -> Message:
     """A tracked message that holds an ordinary one and the provenance of its tracked leaves.
 
     Args:
@@ -165,7 +165,7 @@ def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[byt
     return packed_arrays(tracked_class)(tracked)
 
 
-def unwrap(tracked_message: Message) -> Any:
+def unwrap(tracked_message: Message) -> Message:
     """The ordinary message of a tracked one, with the provenance on its leaves.
 
     Raises:

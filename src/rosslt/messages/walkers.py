@@ -103,7 +103,7 @@ class _WalkerCompiler:
     def _number(self, type_: str) -> int:
         return self._numbers.setdefault(type_, len(self._numbers))
 
-    def _write(self, depth: int, line: str, *arguments: Any) -> None:
+    def _write(self, depth: int, line: str, *arguments: object) -> None:
         self._lines.append('    ' * depth + (line % arguments if arguments else line))
 
     def _runs(self, type_: str) -> List[Any]:

@@ -58,11 +58,11 @@ from rosslt.node.memory.rounds import begins_round
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
-from rosslt.node.rospy_internals import args_kwds_to_message, connected_publishers, is_initialized
+from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated
-from rosslt.node.topics.listening import Heard, Listener
+from rosslt.node.topics.listening import Heard, Listener, TopicReader
 from rosslt.node.topics.services import Service, ServiceProxy
-from rosslt.node.topics.topics import Publisher, Subscriber, wait_for_message
+from rosslt.node.topics.topics import Publisher, Subscriber, has_its_provenance, wait_for_message

@@ -40,7 +40,7 @@ _BY_CALL = _owner.locations.by_call
 _starting = threading.Lock()
 
 
-def init_node(name: str, *args: Any, **rospy_options: Any) -> None:
+def init_node(name: str, *args: object, **rospy_options: object) -> None:
     """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
 
     Args:
@@ -71,7 +71,7 @@ def start() -> None:
             threading.excepthook = functools.partial(_end_thread_by, threading.excepthook)
 
 
-def _end_by(report: Callable[..., Any], kind: Any, error: BaseException, traceback: Any) -> None:
+def _end_by(report: Callable[..., Any], kind: object, error: BaseException, traceback: object) -> None:
     """The main program raises an exception: report it, and take back the change that may have done it."""
     report(kind, error, traceback)
     _take_back(error, ENDS)
@@ -94,9 +94,9 @@ def is_started() -> bool:
 
 
 def location(
-    value: Any = None,
+    value: object = None,
     name: Optional[str] = None,
-    key: Any = None,
+    key: object = None,
     minimum: Optional[float] = None,
     maximum: Optional[float] = None,
     read_only: bool = False,
@@ -137,7 +137,7 @@ def location(
         raise TypeError('location() takes either a value or a getter')
     frame = sys._getframe(1)
     # Programs read locations in their inner loops: all that is done only once is elsewhere.
-    told = key if key.__class__ in _TOLD_APART else _told_apart(key)
+    told = key if key.__class__ in _TOLD_APART else (word_of(_plain(key)),)
     read = _BY_CALL.get((id(frame.f_code), frame.f_lasti, name, told))
     if read is None:
         limits = {'read_only': read_only, 'minimum': minimum, 'maximum': maximum, 'weight': weight}
@@ -147,13 +147,8 @@ def location(
     return read.tracked
 
 
-#: The types of keys that are equal only where they are one key; 1, 1.0 and True are equal in Python.
+#: The types of keys that are equal only if they are one key: 1, 1.0 and True are equal in Python, their words are not.
 _TOLD_APART = frozenset((type(None), int, str))
-
-
-def _told_apart(key: Any) -> Tuple[str]:
-    """What is equal for two keys only where they are one key: their word in the name of the location."""
-    return (word_of(_plain(key)),)
 
 
 def _plain(key: Any) -> Any:
@@ -166,7 +161,7 @@ def _created(
     frame: FrameType,
     value: Any,
     name: Optional[str],
-    key: Any,
+    key: object,
     given: Dict[str, Any],
     getter: Optional[Callable[[], Any]],
     setter: Optional[Callable[[Any], None]],
@@ -198,7 +193,7 @@ def _call_with_value(function: Callable[[Any], None], made: List[Readable]) -> N
 
 
 def _add_literal(
-    site: CallSite, base: str, identity: str, limits: Dict[str, Any], literal: Any, path: Tuple[str, ...]
+    site: CallSite, base: str, identity: str, limits: Dict[str, object], literal: Any, path: Tuple[str, ...]
 ) -> Location:
     """The location of one leaf of what `location` was given."""
     if isinstance(literal, (str, bool)):
@@ -301,7 +296,7 @@ def read_at(file: str) -> Dict[int, Location]:
         return {index: one for index, one in ((one.find_in(source), one) for one in there) if index is not None}
 
 
-def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
+def get_param(name: str, *default: object, as_float: bool = False) -> Any:
     """`rospy.get_param`, with the parameter itself as the source.
 
     Args:
@@ -321,13 +316,13 @@ def get_param(name: str, *default: Any, as_float: bool = False) -> Any:
     return read_parameter(sys._getframe(1), name, *default, as_float=as_float)
 
 
-def read_parameter(where: Union[FrameType, CallSite], name: str, *default: Any, as_float: bool = False) -> Any:
+def read_parameter(where: Union[FrameType, CallSite], name: str, *default: object, as_float: bool = False) -> Any:
     """`get_param` for the call that a frame is making, or for one at a CallSite."""
     key = rospy.resolve_name(name).rstrip('/') or '/'  # '~' is '/node/'
     return _owner.read_parameters.read(key, where, *default, as_float=as_float)
 
 
-def explain(x: Any, timeout: float = 0.5) -> str:
+def explain(x: object, timeout: float = 0.5) -> str:
     """Describe in a line of text how a value was computed, with the name, file and line of each source.
 
     Args:
@@ -365,7 +360,7 @@ def started(call: str) -> Owner:
     return _owner
 
 
-def _named(name: Optional[str], key: Any, site: CallSite) -> Tuple[str, str]:
+def _named(name: Optional[str], key: object, site: CallSite) -> Tuple[str, str]:
     """The name of the locations that a call creates, and their identity."""
     key = _plain(key)
     if name is None:

@@ -1,10 +1,8 @@
 """Values as they travel between nodes: scalars, written as JSON."""
 
 import json
-from typing import Any
 
-#: A value of a location: a float, int, str or bool, plain.
-Value = Any
+from rosslt.messages import Scalar
 
 
 class Refused(Exception):
@@ -14,7 +12,7 @@ class Refused(Exception):
         super().__init__(reason.encode('utf-8', 'replace').decode('utf-8'))
 
 
-def to_json(value: Value) -> str:
+def to_json(value: Scalar) -> str:
     """A plain scalar as it travels; JSON writes a float with all its digits.
 
     Raises:
@@ -32,7 +30,7 @@ def to_json(value: Value) -> str:
     return text
 
 
-def from_json(text: str) -> Value:
+def from_json(text: str) -> Scalar:
     """A plain scalar from the wire.
 
     Raises:

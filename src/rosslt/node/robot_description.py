@@ -63,7 +63,7 @@ def description_for(topic: str) -> str:
     raise LookupError(f'there is no {NAME} for {topic}')
 
 
-def joints_in(parameter: str, description: Any) -> Dict[str, Joint]:
+def joints_in(parameter: str, description: object) -> Dict[str, Joint]:
     """{name: Joint} of a robot; empty, with an error in the log, where its description cannot be read.
 
     Args:
@@ -77,7 +77,7 @@ def joints_in(parameter: str, description: Any) -> Dict[str, Joint]:
         return {}
 
 
-def check_joint_limits(topic: str, message: Any, path: str, wanted: Any) -> None:
+def check_joint_limits(topic: str, message: messages.Message, path: str, wanted: object) -> None:
     """Check that the target for a part of a message moves no joint beyond its limits.
 
     Messages of other types than `JointState` tell of no joint.

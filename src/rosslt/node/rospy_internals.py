@@ -117,7 +117,7 @@ def _add_connection(subscriber: Any, connection: Any) -> Any:
         return add_connection(subscriber, connection)
 
 
-def _connect_in_turn(handler: Any, topic: str, uri: str) -> Any:
+def _connect_in_turn(handler: object, topic: str, uri: str) -> Any:
     with _TURNS_LOCK:
         turn = _TURNS.setdefault((topic, uri), threading.Lock())
     with turn:

@@ -7,11 +7,12 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 """
 
 import time
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import rospy
 
 from rosslt import msg, srv, values
+from rosslt.messages import Scalar
 from rosslt.node import reconfigure
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change import locks
@@ -19,7 +20,7 @@ from rosslt.node.change.commit_participant import APPLIED, CommitParticipant
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
-from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.location import (
     Change,
@@ -192,7 +193,7 @@ class Owner:
             reasons.append(reason)
         return texts, reasons
 
-    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Value]]]:
+    def to_undo(self, request_id: str, requester: str) -> Tuple[List[Request], List[Tuple[Location, Scalar]]]:
         """Find what takes a request back: the requests of that id, and [(location, value that it gets again)].
 
         Raises:
@@ -246,7 +247,7 @@ class Owner:
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
             rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
 
-    def _hold(self, value: Any, least: int, greatest: int) -> None:
+    def _hold(self, value: object, least: int, greatest: int) -> None:
         """Have a location keep to the numbers that a field holds which it is sent in: a node ends that sends others."""
         (source,) = values.origins([value]) or (None,)
         location = self.locations.by_id.get(source.location_id) if source is not None else None
@@ -271,7 +272,7 @@ class Owner:
         return location
 
     def apply(
-        self, wanted: Sequence[Tuple[Location, Value]], requester: str, request_id: str = '', record: bool = True
+        self, wanted: Sequence[Tuple[Location, Scalar]], requester: str, request_id: str = '', record: bool = True
     ) -> Tuple[List[str], List[Change]]:
         """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
@@ -357,7 +358,7 @@ class Owner:
             read,
         )
 
-    def reread(self, location: Location, value_in_code: Value, is_saved_here: bool) -> bool:
+    def reread(self, location: Location, value_in_code: Scalar, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.
 
         Args:
@@ -394,7 +395,7 @@ class Owner:
         if response.state != APPLIED:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
-    def set_value(self, location: Location, value: Value, requester: str) -> None:
+    def set_value(self, location: Location, value: object, requester: str) -> None:
         """Change one location, where it has another value.
 
         Raises:
@@ -408,7 +409,7 @@ class Owner:
                 if any(reasons):
                     raise Refused(reasons[0])
 
-    def set_setting(self, name: str, value: Value) -> None:
+    def set_setting(self, name: str, value: object) -> None:
         """Take over one of the node's settings that was set; None where it was deleted."""
         value = {} if value is None else value
         if name in locks.SETTINGS:

@@ -18,8 +18,8 @@ NO_ANSWER = 'no answer within the timeout'
 
 
 def ask_all(
-    service: str, service_class: MessageClass, requests: Dict[str, Any], timeout: float
-) -> Tuple[Dict[str, Any], Dict[str, str]]:
+    service: str, service_class: MessageClass, requests: Dict[str, Message], timeout: float
+) -> Tuple[Dict[str, Message], Dict[str, str]]:
     """Call `<node>/rosslt/<service>` of several nodes.
 
     Args:
@@ -34,7 +34,7 @@ def ask_all(
     """
     deadline = time.monotonic() + timeout
     calls = [_Call(node, service, service_class, request) for node, request in requests.items()]
-    answers: Dict[str, Any] = {}
+    answers: Dict[str, Message] = {}
     silent: Dict[str, str] = {}
     for call in calls:
         try:
@@ -59,7 +59,7 @@ class _Call(threading.Thread):
         # Persistent only so that the connection can be closed from outside where nobody answers.
         self._proxy = rospy.ServiceProxy(f'{node}/rosslt/{service}', service_class, persistent=True)
         self._done = threading.Event()
-        self._response: Any = None
+        self._response: Message = None
         self._error: Any = None
         self.start()
 
@@ -72,7 +72,7 @@ class _Call(threading.Thread):
             self._done.set()
             self._proxy.close()
 
-    def result(self, deadline: float) -> Any:
+    def result(self, deadline: float) -> Message:
         """The response, once it is there.
 
         Raises:

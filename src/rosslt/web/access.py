@@ -106,7 +106,7 @@ def guarded(access: AccessCheck) -> Iterator[None]:
     serve = websockets.asyncio.server.serve
     started = []
 
-    def guarded_serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
+    def guarded_serve(*arguments: object, process_request: Any, **options: object) -> Any:
         async def checked(connection: Any, request: Any) -> Any:
             refused = access.refusal(request.headers)
             if refused is not None:

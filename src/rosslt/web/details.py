@@ -7,6 +7,7 @@ import viser
 
 from rosslt import node, values
 from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
+from rosslt.messages import Scalar
 from rosslt.web.flows import Flows
 from rosslt.web.markdown import code
 from rosslt.web.plots import Plots
@@ -68,7 +69,7 @@ class Details:
         return set(values.sources(self._tracked(name)))
 
     def _text(
-        self, handle: Handle, explained: List[str], sources: List[values.Source], present: Dict[values.Source, Any]
+        self, handle: Handle, explained: List[str], sources: List[values.Source], present: Dict[values.Source, Scalar]
     ) -> str:
         """Markdown: the expressions, the sources, and who sends them on."""
         lines = ['**Where it comes from**', '']

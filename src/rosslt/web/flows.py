@@ -4,14 +4,14 @@ Messages of all topics are heard only then.
 """
 
 import html
-from typing import Any, Callable, ContextManager, Dict, List, Optional, Set, Tuple
+from typing import Callable, ContextManager, Dict, List, Optional, Set, Tuple
 
-import roslib.message
 import viser
 
 from rosslt import node, values
 from rosslt.flow import Flow, NotDrawn, ProvenanceMap, Step, dot, svg
 from rosslt.markers import Graph
+from rosslt.messages import Message
 from rosslt.web.drawing import MANY
 from rosslt.web.markdown import code
 
@@ -95,8 +95,8 @@ class Flows:
     def __init__(self, server: viser.ViserServer, lock: ContextManager[bool]) -> None:
         self._server, self.lock = server, lock
         self._looks: List[Look] = []
-        self._subscribers: Dict[str, Tuple[str, node.Subscriber]] = {}  # topic -> (its type, the subscriber)
-        self._newest: Dict[Tuple[str, str], Any] = {}  # (topic, publisher) -> the last message
+        self._reader = node.TopicReader(self._take, is_exact=True)
+        self._newest: Dict[Tuple[str, str], Message] = {}  # (topic, publisher) -> the last message
         self._provenance = ProvenanceMap()
 
     def add(self, client: viser.ClientHandle, sources: SourcesOf, topic: Optional[str] = None) -> Shown:
@@ -115,7 +115,7 @@ class Flows:
         with self.lock:
             self._looks = [one for one in self._looks if one is not look]
 
-    def newest(self, topic: str, publisher: str) -> Any:
+    def newest(self, topic: str, publisher: str) -> Optional[Message]:
         """The last message of a publisher on a topic while somebody looks, or None."""
         with self.lock:
             return self._newest.get((topic, publisher))
@@ -138,7 +138,7 @@ class Flows:
             clients = self._server.get_clients()
             self._looks = looks = [one for one in self._looks if one.client_id in clients]
             newest = dict(self._newest)
-        self._hear(graph.types if looks else {})
+        self._reader.follow(graph.types if looks else {})
         if not looks:
             self._newest, self._provenance = {}, ProvenanceMap()
             return
@@ -154,21 +154,9 @@ class Flows:
         for one in looks:
             one.update(flow)
 
-    def _hear(self, types: Dict[str, str]) -> None:
-        """Hear these topics, {topic: type}, and no others."""
-        for topic, (kind, subscriber) in list(self._subscribers.items()):
-            if types.get(topic) != kind:
-                subscriber.unregister()
-                del self._subscribers[topic]
-        for topic, kind in types.items():
-            message_class = None if topic in self._subscribers else roslib.message.get_message_class(kind)
-            if message_class is not None:
-                subscriber = node.Subscriber(topic, message_class, self._take, topic, keep_provenance=True)
-                self._subscribers[topic] = (kind, subscriber)
-
-    def _take(self, message: Any, topic: str) -> None:
+    def _take(self, heard: node.Heard) -> None:
         with self.lock:
-            self._newest[topic, message._connection_header['callerid']] = message
+            self._newest[heard.topic, heard.publisher] = heard.message
 
 
 def written(source: values.Source, way: List[Step]) -> str:

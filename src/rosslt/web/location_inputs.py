@@ -175,7 +175,7 @@ class Numbers:
         else:
             self._wish(field, client, value)
 
-    def _wish(self, field: Field, client: viser.ClientHandle, value: Any) -> None:
+    def _wish(self, field: Field, client: viser.ClientHandle, value: object) -> None:
         self._locations.wish(field.place, value, str(client.client_id), functools.partial(self._refuse, field, client))
 
     def _refuse(self, field: Field, client: viser.ClientHandle, reason: str) -> None:

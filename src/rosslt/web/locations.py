@@ -62,7 +62,7 @@ class Locations:
         with self._lock:
             return {name: list(places.values()) for name, places in sorted(self._places.items())}
 
-    def wish(self, place: Place, value: Any, hand: str, refused: Callable[[str], None]) -> None:
+    def wish(self, place: Place, value: object, hand: str, refused: Callable[[str], None]) -> None:
         """Have a location changed soon; a later wish replaces one that still waits.
 
         Args:

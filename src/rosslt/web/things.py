@@ -137,7 +137,7 @@ class Things(Follower):
         for control in thing.controls():
             self._on_control(control, thing.handle.name)
 
-    def _control(self, name: str, **options: Any) -> viser.TransformControlsHandle:
+    def _control(self, name: str, **options: object) -> viser.TransformControlsHandle:
         return self._server.scene.add_transform_controls(
             name, ARROW_LENGTH, fixed=True, line_width=LINE_WIDTH, depth_test=False, disable_sliders=True, **options
         )

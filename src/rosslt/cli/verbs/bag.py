@@ -12,10 +12,11 @@ from rosslt import values
 from rosslt.cli import bags, what_if
 from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.fields import Scalar, parse_scalar, source_values
+from rosslt.cli.fields import parse_scalar, source_values
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.flow import ProvenanceMap, brief
+from rosslt.messages import Scalar
 from rosslt.node import Directory
 
 GROUP = LOOK

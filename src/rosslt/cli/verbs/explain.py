@@ -1,7 +1,7 @@
 """`rosslt explain`: where a field of a topic comes from."""
 
 import argparse
-from typing import Any, List, Tuple
+from typing import List, Tuple
 
 from rosslt import values
 from rosslt.cli import bags
@@ -69,7 +69,7 @@ def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[H
         return [next(bags.messages(bag, [topic]))], field
 
 
-def _show(received: Heard, path: str, leaf: Any, directory: Directory) -> None:
+def _show(received: Heard, path: str, leaf: object, directory: Directory) -> None:
     by = f', published by {received.publisher}' if received.publisher else ''
     print(f'{received.topic} {path} = {text_of(leaf)}{by}')
     print('  = ' + values.explain(leaf))
@@ -82,7 +82,7 @@ def _show(received: Heard, path: str, leaf: Any, directory: Directory) -> None:
     print('\n'.join(table(rows, indent='  ')))
 
 
-def _write(received: Heard, path: str, leaf: Any, directory: Directory) -> None:
+def _write(received: Heard, path: str, leaf: object, directory: Directory) -> None:
     for source, value in source_values(leaf).items():
         place = directory.of(source)
         write_row(

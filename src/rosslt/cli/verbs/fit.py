@@ -13,11 +13,12 @@ from rosslt import files, node, values
 from rosslt.cli import bags
 from rosslt.cli.directory import cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.fields import Part, field_of
+from rosslt.cli.fields import field_of
 from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import is_terminal, table, write_row
 from rosslt.cli.reading import start_node
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.messages import Message
 from rosslt.node import Directory
 
 GROUP = CHANGE
@@ -163,14 +164,14 @@ def _save(master: rosgraph.Master, nodes: Sequence[str]) -> None:
 
 
 #: Stamps, in seconds, and what belongs to each: messages, or numbers.
-_Series = Tuple[List[float], List[Part]]
+_Series = Tuple[List[float], List[Message]]
 
 
 class _Pair(NamedTuple):
     """A tracked field's value and the target value for it."""
 
-    result: Part
-    target: Part
+    result: Message
+    target: Message
 
 
 def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], slack: float) -> List[List[_Pair]]:
@@ -205,8 +206,8 @@ def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], sl
 def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
     """The stamps of the messages of a topic, and the messages, by stamp; without those between whole ones."""
     decoder, found = bags.Decoder(), []
-    for name, raw, recorded, _ in bags.serialized(bag, [topic]):
-        received = decoder.decode(raw[1], raw[-1], name)
+    for name, raw, recorded, header in bags.serialized(bag, [topic]):
+        received = decoder.decode(name, raw, header)
         if received.is_sampled:
             continue
         message = received.message
@@ -216,7 +217,7 @@ def _stamped(bag: rosbag.Bag, topic: str) -> _Series:
     return [stamp for stamp, _ in found], [message for _, message in found]
 
 
-def _number(value: Part, text: str) -> Part:
+def _number(value: Message, text: str) -> Message:
     plain = values.untracked(value)
     if isinstance(plain, bool) or not isinstance(plain, (int, float)):
         kind = getattr(plain, '_type', type(plain).__name__)

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 import rospy
 
@@ -106,7 +106,7 @@ def _forced(
     errors: node.NodeErrors,
     received: Heard,
     field: str,
-    wanted: Any,
+    wanted: object,
     source: Optional[values.Source],
     options: argparse.Namespace,
 ) -> node.Outcome:
@@ -173,7 +173,7 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
     )
 
 
-def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) -> Tuple[str, Optional[values.Source]]:
+def _chosen(directory: Directory, parts: Dict[str, object], text: Optional[str]) -> Tuple[str, Optional[values.Source]]:
     """Choose the publisher whose message is solved, and the source to change if one was named.
 
     Args:
@@ -199,7 +199,7 @@ def _chosen(directory: Directory, parts: Dict[str, Any], text: Optional[str]) ->
 
 
 def _planned(
-    directory: Directory, part: Any, wanted: Any, source: Optional[values.Source]
+    directory: Directory, part: object, wanted: object, source: Optional[values.Source]
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
     new = values.solve(part, wanted, source, **directory.limits(values.sources(part), TIMEOUT))

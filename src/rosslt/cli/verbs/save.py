@@ -110,7 +110,7 @@ def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
         print('rosslt save: not saved, as no parameter stands behind them: ' + ', '.join(left_out), file=sys.stderr)
 
 
-def _parameter_at(parameters: Any, path: Sequence[str]) -> Optional[Tuple[Sequence[str], Any]]:
+def _parameter_at(parameters: object, path: Sequence[str]) -> Optional[Tuple[Sequence[str], Any]]:
     """The name and the value of the parameter that a value at a path is in; None where there is none.
 
     Args:

@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     return 1 if undone.reasons else 0
 
 
-def _complete(master: rosgraph.Master, found: Dict[str, List[Any]], silent: Dict[str, str]) -> Dict[str, List[Any]]:
+def _complete(master: rosgraph.Master, found: Dict[str, List[object]], silent: Dict[str, str]) -> Dict[str, List[Any]]:
     """{node: its rosslt/RecordedChange} of nodes that have any.
 
     Raises:

@@ -4,7 +4,7 @@ The parameter server keeps the description when the robot's nodes have ended.
 """
 
 import collections
-from typing import Any, Dict, FrozenSet, List, Set
+from typing import Any, Callable, Dict, FrozenSet, List, Set
 from xml.etree import ElementTree
 
 import rospy
@@ -19,7 +19,7 @@ class Robot:
 
     def __init__(self) -> None:
         self._named: Dict[str, Set[str]] = collections.defaultdict(set)  # {node: joints and frames that it has named}
-        self._subscribers: Dict[str, node.Subscriber] = {}
+        self._reader = node.TopicReader(self._note)
 
     def is_there(self, types: Dict[str, str], publishers: Dict[str, List[str]]) -> bool:
         """Return whether a node publishes the joint states of the robot that is described, or transforms of its links.
@@ -31,24 +31,19 @@ class Robot:
         description = rospy.get_param('robot_description', '')
         if not description:
             return False
-        for topic, kind in types.items():
-            if topic in publishers and topic not in self._subscribers and kind in _NAMING:
-                message_class, names_in = _NAMING[kind]
-                self._subscribers[topic] = node.Subscriber(topic, message_class, self._note, names_in)
-        present = {name for topic in self._subscribers for name in publishers.get(topic, ())}
+        naming = {topic: kind for topic, kind in types.items() if topic in publishers and kind in _NAMES_IN}
+        self._reader.follow(naming)
+        present = {name for topic in naming for name in publishers[topic]}
         return any(parts_of(description) & self._named[name] for name in present)
 
-    def _note(self, message: Any, names_in: Any) -> None:
-        self._named[message._connection_header['callerid']].update(map(values.untracked, names_in(message)))
+    def _note(self, heard: node.Heard) -> None:
+        self._named[heard.publisher].update(map(values.untracked, _NAMES_IN[heard.type](heard.message)))
 
 
-#: {type: (the class, the function that gives the names of the joints or the links that a message is about)}.
-_NAMING = {
-    JointState._type: (JointState, lambda state: state.name),
-    TFMessage._type: (
-        TFMessage,
-        lambda message: [transform.child_frame_id.lstrip('/') for transform in message.transforms],
-    ),
+#: {type: the function that gives the names of the joints or the links that a message is about}.
+_NAMES_IN: Dict[str, Callable[[Any], List[str]]] = {
+    JointState._type: lambda state: state.name,
+    TFMessage._type: lambda message: [transform.child_frame_id.lstrip('/') for transform in message.transforms],
 }
 
 

@@ -1,9 +1,9 @@
 """The watched topics: those of types that RViz shows, ordinary and tracked ones, as they appear and disappear."""
 
+import functools
 import threading
-from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple, Type
+from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Set
 
-import genpy
 import rosgraph
 import roslib.message
 import rospy
@@ -50,8 +50,7 @@ class Watch:
         self._scene, self._also = scene, also
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
-        self._subscribers: Dict[str, Tuple[str, node.Subscriber]] = {}  # topic -> (its type, the subscriber)
-        self._ignored: Set[Tuple[str, str]] = set()  # (topic, type)
+        self._reader = node.TopicReader(self._take, is_exact=True)
         threading.Thread(target=self._look, name='topics', daemon=True).start()
 
     def _look(self) -> None:
@@ -70,50 +69,35 @@ class Watch:
             rospy.rostime.wallsleep(PERIOD)
 
     def _follow(self, graph: Graph) -> None:
-        """Subscribe to what is present and to be watched, and to nothing else."""
-        present = {topic: kind for topic, kind in graph.types.items() if topic in (self._only or graph.types)}
-        for topic, (known, subscriber) in list(self._subscribers.items()):
-            if present.get(topic) != known:
-                del self._subscribers[topic]
-                subscriber.unregister()
-                self._scene.keep_publishers(topic, ())
-        for topic, kind in present.items():
-            if topic not in self._subscribers and (topic, kind) not in self._ignored:
-                with contained(f'{topic} cannot be watched'):
-                    self._subscribe(topic, kind)
-        for topic, (_, subscriber) in self._subscribers.items():
-            # A node that crashed stays in the master's list: who is connected tells who is there.
-            self._scene.keep_publishers(topic, node.connected_publishers(subscriber))
+        """Read what is present and to be watched, and nothing else."""
+        present = {
+            topic: kind
+            for topic, kind in graph.types.items()
+            if topic in (self._only or graph.types) and _is_visible(topic, kind)
+        }
+        before = self._reader.publishers().keys()
+        with contained('a topic cannot be watched'):
+            self._reader.follow(present)
+        publishers = self._reader.publishers()
+        for topic in publishers.keys() - before:
+            rospy.loginfo('watching %s (%s)', topic, present[topic])
+        for topic in publishers.keys() | before:
+            self._scene.keep_publishers(topic, publishers.get(topic, ()))
 
-    def _subscribe(self, topic: str, kind: str) -> None:
-        if kind == '*':
-            return
-        found = self._visible_class(topic, kind)
-        if found is None:
-            self._ignored.add((topic, kind))
-            return
-        message_class, is_shown = found
-
-        def take(message: genpy.Message) -> None:
-            with contained(f'a message on {topic} cannot be read'):
-                self._scene.take(topic, message, is_shown)
-
-        self._subscribers[topic] = (kind, node.Subscriber(topic, message_class, take, keep_provenance=True))
-        rospy.loginfo('watching %s (%s)', topic, kind)
-
-    @staticmethod
-    def _visible_class(topic: str, kind: str) -> Optional[Tuple[Type[genpy.Message], bool]]:
-        """(message class, whether RViz shows it by itself), or None where it is nothing to be seen."""
-        if kind not in visible_types() and not kind.endswith(('Tracked', 'ActionGoal')):
-            return None
-        message_class = roslib.message.get_message_class(kind)
-        if message_class is None:
-            rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
-            return None
-        is_shown = not messages.is_tracked_type(message_class)
-        plain = message_class if is_shown else messages.plain_type(message_class)
-        return (message_class, is_shown) if _is_visible(plain) else None
+    def _take(self, heard: node.Heard) -> None:
+        with contained(f'a message on {heard.topic} cannot be read'):
+            # RViz shows no tracked types by itself
+            self._scene.take(heard.topic, heard.message, heard.type == heard.message._type)
 
 
-def _is_visible(message_class: Type[genpy.Message]) -> bool:
-    return message_class._type in MARKER_TYPES or kind_of(message_class) is not None
+@functools.lru_cache(maxsize=None)
+def _is_visible(topic: str, kind: str) -> bool:
+    """Return whether the messages of a topic can be seen; warn if they may, and their type is not built here."""
+    if kind not in visible_types() and not kind.endswith(('Tracked', 'ActionGoal')):
+        return False
+    message_class = roslib.message.get_message_class(kind)
+    if message_class is None:
+        rospy.logwarn('cannot watch %s: its type %s is not built here', topic, kind)
+        return False
+    plain = messages.plain_type(message_class) if messages.is_tracked_type(message_class) else message_class
+    return plain._type in MARKER_TYPES or kind_of(plain) is not None

@@ -149,7 +149,7 @@ class ReceivedHeader:
                     values[origin] = value
         return Readings((sources.ids, *sources.nodes), tuple(values), self.wanted)
 
-    def _plain(self, found: Sequence[Any]) -> List[Any]:
+    def _plain(self, found: Sequence[object]) -> List[Any]:
         """The scalars that leaves hold, without the provenance that they have already."""
         values = [untracked(value) if type(value) in TRACKED else value for value in found]
         for index, value in zip(self._fields.wanted, values):
@@ -159,7 +159,7 @@ class ReceivedHeader:
                 )
         return values
 
-    def _check_sums(self, values: Sequence[Any]) -> None:
+    def _check_sums(self, values: Sequence[object]) -> None:
         """Check that fields which are sums are sums of numbers, and those of integers, of integers with integers.
 
         Many fields may be sums of the same sources, of which there may be many: each list is looked at once.

@@ -134,14 +134,14 @@ def encoding_to_send(message: Message, full_history: bool, before: Optional[Enco
         return Encoding([], full_history, b'')
 
 
-def fits(kind: str, terms: Sequence[Tuple[Any, Any, Any]]) -> bool:
+def fits(kind: str, terms: Sequence[Tuple[object, object, object]]) -> bool:
     """Return True if affine terms give values of a field's kind: an integer field needs integer terms."""
     if kind in 'df':
         return True
     return kind == 'i' and all(type(value) is int and type(slope) is int for _, value, slope in terms)
 
 
-def _is_same(value: Scalar, leaf: Scalar) -> bool:
+def _is_same(value: object, leaf: object) -> bool:
     return value == leaf or (value != value and leaf != leaf)
 
 

@@ -52,7 +52,7 @@ def are_too_many(instructions: Sequence[tuple]) -> bool:
     )
 
 
-def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numbers: Dict[Any, int]) -> bytes:
+def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numbers: Dict[object, int]) -> bytes:
     """Instructions as bytes.
 
     Args:
@@ -63,8 +63,8 @@ def packed_instructions(instructions: Sequence[tuple], tables: TableWriter, numb
     parts: List[bytes] = []
     varints = [len(instructions)]
 
-    def add(value: Scalar, of_float: int, of_int: int) -> None:
-        if type(value) is float:
+    def add(value: float, of_float: int, of_int: int) -> None:
+        if isinstance(value, float):
             parts.append(packed([*varints, of_float]) + struct.pack('<d', value))
             varints.clear()
         else:
@@ -263,7 +263,7 @@ def computed(instructions: Sequence[tuple], faults: Dict[int, Exception]) -> Lis
     """
     characters = 0
 
-    def check(operation: Operation, operands: Sequence[Any]) -> None:
+    def check(operation: Operation, operands: Sequence[object]) -> None:
         nonlocal characters
         characters += bounded_size(operation, [untracked(operand) for operand in operands])
         if characters > TEXTS_LIMIT:
@@ -295,7 +295,7 @@ def bounded_size(operation: Operation, operands: Sequence[Any]) -> int:
     return 0
 
 
-def _text_size(operation: Operation, operands: Sequence[Any], kinds: Any) -> int:
+def _text_size(operation: Operation, operands: Sequence[Any], kinds: object) -> int:
     if operation.symbol == '*':
         size = math.prod(len(each) if type(each) is str else max(each, 0) for each in operands)
     elif operation.symbol == '+' and kinds == {str}:
@@ -307,7 +307,7 @@ def _text_size(operation: Operation, operands: Sequence[Any], kinds: Any) -> int
     return size
 
 
-def agrees(made: Scalar, expected: Scalar, kind: str) -> bool:
+def agrees(made: Scalar, expected: Any, kind: str) -> bool:
     """Return True if a computed value equals the value of a field, up to rounding.
 
     A field of 32 bits rounds, and the last digits of a sine differ from one machine to another. The tolerances are

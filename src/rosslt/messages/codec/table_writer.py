@@ -6,7 +6,7 @@ What several fields share stands here once, and the fields name it by its number
 
 import math
 import struct
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.varint import is_whole, packed, packed_strings, zigzag
 from rosslt.messages.codec.wire_format import (
@@ -42,20 +42,19 @@ def checked(value: Scalar) -> Any:
     Raises:
         Unencodable: it is infinite, NaN, too large an integer, or no scalar.
     """
-    kind = type(value)
-    if kind is float:
+    if type(value) is float:
         if not math.isfinite(value):
             raise Unencodable('its provenance holds %r, which is not finite' % value)
-    elif kind is int:
+    elif type(value) is int:
         if not -INT_LIMIT < value < INT_LIMIT:
             raise Unencodable('its provenance holds an integer of %d bits' % value.bit_length())
-    elif kind is str:
+    elif type(value) is str:
         try:
             value.encode('utf-8')
         except UnicodeEncodeError as error:
             raise Unencodable('its provenance holds a text that is not Unicode') from error
-    elif kind is not bool:
-        raise Unencodable('its provenance holds what is of type %s' % kind.__name__)
+    elif type(value) is not bool:
+        raise Unencodable('its provenance holds what is of type %s' % type(value).__name__)
     return value
 
 
@@ -82,7 +81,7 @@ class TableWriter:
         self._slope_lists: Dict[Tuple[Any, ...], int] = {}
         self._listed = self._summed = 0
 
-    def _add(self, source: Source, value: Scalar) -> int:
+    def _add(self, source: Source, value: Optional[Scalar]) -> int:
         if source == UNKNOWN:
             raise Unknown
         if not isinstance(source.location_id, int):
@@ -129,7 +128,7 @@ class TableWriter:
             self._coefficients[key] = checked(slope)
         return key
 
-    def lists(self, numbers: Tuple[int, ...], keys: Tuple[Any, ...]) -> Tuple[int, int]:
+    def lists(self, numbers: Tuple[int, ...], keys: Tuple[object, ...]) -> Tuple[int, int]:
         """The numbers, among the lists, of one of sources and one of the keys of their coefficients, for one field."""
         if self._summed + len(numbers) > SUMMED_LIMIT:
             raise Unencodable('the sums of the message have too many terms')
@@ -165,7 +164,7 @@ class TableWriter:
             | (HAS_LISTS if self._source_lists else 0)
         )
 
-    def packed(self, sorted_keys: Sequence[List[Any]], numbers: Dict[Any, int]) -> bytes:
+    def packed(self, sorted_keys: Sequence[List[object]], numbers: Dict[object, int]) -> bytes:
         """The tables as bytes.
 
         Args:

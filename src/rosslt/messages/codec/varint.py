@@ -6,7 +6,7 @@ varints are quick to read in Python: where each takes one byte, the bytes themse
 
 import math
 import struct
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy
 
@@ -62,7 +62,7 @@ class Reader:
         self.data = data
         self.at = 0
 
-    def fail(self, what: str, *arguments: Any) -> BadHeader:
+    def fail(self, what: str, *arguments: object) -> BadHeader:
         """The error to raise: `what`, and how far the reading came."""
         return BadHeader(
             'bad provenance: %s, before byte %d of %d'

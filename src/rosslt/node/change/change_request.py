@@ -43,11 +43,11 @@ class ChangeRequest:
     def __init__(self, timeout: float, asker: Optional[Asker] = None) -> None:
         self.id, self._timeout, self._asker = new_request_id(), timeout, asker
         self.began = self.requested = math.inf
-        self.before: Dict[Source, Any] = {}
-        self.after: Dict[Source, Any] = {}
+        self.before: Dict[Source, messages.Scalar] = {}
+        self.after: Dict[Source, messages.Scalar] = {}
         self._former: Dict[Source, Set[Any]] = {}  # all values before the latest one
 
-    def step(self, wanted: Mapping[Source, Any]) -> Dict[Source, Change]:
+    def step(self, wanted: Mapping[Source, messages.Scalar]) -> Dict[Source, Change]:
         """Have owners give sources new values, all or none.
 
         Returns:
@@ -85,7 +85,7 @@ class ChangeRequest:
         """The names of the nodes that it has asked, and that have taken it."""
         return {source.node for source in self.before}
 
-    def shown_by(self, readings: Mapping[Source, Sequence[Any]]) -> Shown:
+    def shown_by(self, readings: Mapping[Source, Sequence[messages.Scalar]]) -> Shown:
         """What a message shows of it.
 
         Args:
@@ -97,14 +97,14 @@ class ChangeRequest:
                 return found
         return Shown.NOTHING
 
-    def _of_source(self, source: Source, readings: Sequence[Any]) -> Shown:
-        if any(_is_sent_as(self.after[source], reading) for reading in readings):
+    def _of_source(self, source: Source, readings: Sequence[messages.Scalar]) -> Shown:
+        if any(messages.is_sent_as(self.after[source], reading) for reading in readings):
             return Shown.NEW
         former = self._former[source]
-        is_old = all(any(_is_sent_as(value, reading) for value in former) for reading in readings)
+        is_old = all(any(messages.is_sent_as(value, reading) for value in former) for reading in readings)
         return Shown.OLD if is_old else Shown.OTHER
 
-    def lost(self) -> Dict[Source, Any]:
+    def lost(self) -> Dict[Source, messages.Scalar]:
         """{Source: its value} of those that have no longer what they were given: an owner, or somebody else, has
         changed them since.
 
@@ -125,10 +125,6 @@ class ChangeRequest:
         return '; '.join(whys)
 
 
-def is_equal(one: Any, other: Any) -> bool:
+def is_equal(one: object, other: object) -> bool:
     """Return whether two values of a source are the same, and of one type."""
     return type(one) is type(other) and bool(one == other)
-
-
-def _is_sent_as(value: Any, reading: Any) -> bool:
-    return values.is_same(value, reading) or messages.is_sent_as(value, reading)

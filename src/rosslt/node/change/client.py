@@ -23,11 +23,12 @@ from typing import (
 )
 
 from rosslt import msg, srv, values
+from rosslt.messages import Scalar
 from rosslt.node.api import started
 from rosslt.node.change.commit_coordinator import Part, commit
 from rosslt.node.change.commit_participant import APPLIED
 from rosslt.node.change.history import NOTHING_TO_UNDO, new_request_id
-from rosslt.node.json_scalars import Refused, Value, from_json, to_json
+from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.locations.directory import Directory
 from rosslt.node.service_calls import ask_all
 
@@ -37,8 +38,8 @@ _Solved = TypeVar('_Solved')
 class Change(NamedTuple):
     """A change of a source: its value before and after."""
 
-    old: Value
-    new: Value
+    old: Scalar
+    new: Scalar
 
 
 class Asker(Protocol):
@@ -117,7 +118,7 @@ class ChangeRejected(_RequestFailed):
 
 
 def request_values(
-    wanted: Mapping[values.Source, Any], timeout: float = 1.0, request_id: str = '', asker: Optional[Asker] = None
+    wanted: Mapping[values.Source, Scalar], timeout: float = 1.0, request_id: str = '', asker: Optional[Asker] = None
 ) -> Dict[values.Source, Change]:
     """Have the owners of sources give them new values, all or none: what every change ends in.
 
@@ -158,8 +159,8 @@ def request_values(
 
 
 def force_value(
-    x: Any,
-    target: Any,
+    x: object,
+    target: object,
     source: Optional[values.Source] = None,
     timeout: float = 1.0,
     request_id: str = '',
@@ -286,7 +287,7 @@ def reevaluate(x: Any, timeout: float = 1.0, asker: Any = None) -> Any:
     answers, silent = ask_all('get_values', srv.GetValues, others, timeout)
     if asker.name in requests:
         answers[asker.name] = asker.get_values(requests[asker.name])
-    current: Dict[values.Source, Value] = {}
+    current: Dict[values.Source, Optional[Scalar]] = {}
     for node, answer in answers.items():
         if len(answer.values) != len(by_node[node]):
             silent[node] = f'it gives {len(answer.values)} values of {len(by_node[node])} locations'

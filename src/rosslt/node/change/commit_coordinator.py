@@ -46,7 +46,7 @@ class Committed(NamedTuple):
         return not self.reasons and not self.silent
 
 
-def commit(own: Any, parts: Mapping[str, Part], requester: str, request_id: str, deadline: float) -> Committed:
+def commit(own: object, parts: Mapping[str, Part], requester: str, request_id: str, deadline: float) -> Committed:
     """Have nodes do their parts, all or none.
 
     Args:

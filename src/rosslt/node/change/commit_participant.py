@@ -18,10 +18,11 @@ import rosgraph
 import rospy
 
 from rosslt import srv
+from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import NOTHING_TO_UNDO, Request, applied_change
 from rosslt.node.change.owner import Owner
-from rosslt.node.json_scalars import Refused, Value, from_json
+from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations.location import Change, Location
 from rosslt.node.service_calls import ask_all
 
@@ -67,7 +68,7 @@ class _Transaction:
         self.is_undo: bool = request.undo
         self.state = PREPARED
         self.reasons: List[str] = []
-        self.wanted: List[Tuple[Location, Value]] = []
+        self.wanted: List[Tuple[Location, Scalar]] = []
         self.undoes: List[Request] = []
         self.changes: List[Change] = []
         self.made: Optional[Request] = None  # in the history, once it is applied

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -19,9 +19,8 @@ from rosslt.node.change.client import (
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Observation, is_alike, observe
-from rosslt.node.json_scalars import Value
 from rosslt.node.robot_description import check_joint_limits
-from rosslt.node.topics.listening import Listener
+from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
 
 #: The timeout of owners' answers, in seconds.
@@ -38,31 +37,6 @@ OF_GOALS = 'goal_id.id'
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
-
-
-class Heard(Protocol):
-    """A message, the topic that it was on, and the node that has sent it."""
-
-    @property
-    def topic(self) -> str: ...
-
-    @property
-    def publisher(self) -> str: ...
-
-    @property
-    def message(self) -> Any: ...
-
-
-class Stream(Protocol):
-    """The messages of a topic as they come."""
-
-    def next_before(self, end: float) -> Optional[Heard]:
-        """The next one; None where there is none until a time of `time.monotonic`."""
-        ...
-
-    def clear(self) -> None:
-        """Drop those that have arrived and were not read."""
-        ...
 
 
 class Outcome(NamedTuple):
@@ -111,7 +85,7 @@ class NotReached(values.Error):
         self.outcome = outcome
 
 
-def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
+def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     """The thing that a message is about, where nodes send several on one topic: what its names are.
 
     Args:
@@ -131,7 +105,7 @@ def thing_of(message: Any, path: str) -> Tuple[Any, ...]:
 def force_field(
     topic: str,
     field: str,
-    target: Any,
+    target: object,
     source: Optional[values.Source] = None,
     sources: Optional[Sequence[values.Source]] = None,
     rounds: int = 5,
@@ -195,7 +169,7 @@ class Forcing:
     """
 
     asker: Asker
-    stream: Stream
+    stream: Listener
     errors: NodeErrors
     path: str
     wanted: Any
@@ -227,7 +201,7 @@ class Forcing:
         check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:
             return Outcome({}, self.wanted, values.untracked(first.part), True)
-        before = None if getattr(heard, 'is_latched', False) else self._next_like(first)
+        before = None if heard.is_latched else self._next_like(first)
         self._moved_before = before is not None and not is_alike(first, before)
         self._before = before or first
         self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout, self._moved_before)
@@ -293,14 +267,14 @@ class Forcing:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return bool(changed)
 
-    def _observed(self, message: Any) -> Optional[Observation]:
+    def _observed(self, message: messages.Message) -> Optional[Observation]:
         try:
             part, type_ = messages.part_at(message, self.path)
         except messages.NoSuchPart:
             return None
         return observe(part, self.wanted, type_, self._messages)
 
-    def _is_other_goal(self, message: Any, observation: Optional[Observation]) -> bool:
+    def _is_other_goal(self, message: messages.Message, observation: Optional[Observation]) -> bool:
         """Return whether a message is a goal of an action that has none of the changed sources.
 
         Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
@@ -325,7 +299,7 @@ class Forcing:
             return ''
         return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
 
-    def _became(self, source: Source, now: Any) -> str:
+    def _became(self, source: Source, now: object) -> str:
         return f'{self._name(source)} is {now!r} by now, it was made {self._request.after[source]!r}'
 
     def _name(self, source: Source) -> str:
@@ -395,7 +369,7 @@ class Forcing:
         return f'no message of {publisher}{which} came within {self.timeout:g} s'
 
 
-def _differing(part: Any, other: Any) -> str:
+def _differing(part: object, other: object) -> str:
     """The leaves of a part of a message that differ from those of another one, in one line."""
     others = dict(values.leaves(other))
     found = []
@@ -406,6 +380,6 @@ def _differing(part: Any, other: Any) -> str:
     return _short(', '.join(found) or str(values.untracked(part)))
 
 
-def _short(value: Value) -> str:
+def _short(value: object) -> str:
     text = ' '.join(str(value).split())
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + '...'

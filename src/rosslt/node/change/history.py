@@ -9,7 +9,8 @@ from typing import Any, Deque, Dict, Iterator, List, Optional, Sequence, Tuple
 import rospy
 
 from rosslt import msg
-from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Change, HeldLocation, Location
 
 #: The maximal number of remembered requests.
@@ -43,7 +44,7 @@ class Request:
         self.requester = requester
         self.stamp: Any = None
         self.at = 0.0
-        self.changes: Dict[Location, Tuple[Value, Value]] = {}
+        self.changes: Dict[Location, Tuple[Scalar, Scalar]] = {}
         self.undone = False
 
 
@@ -58,7 +59,7 @@ class History:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
         self._earlier: Optional[Request] = None
         # What it has changed in an earlier run, and was not looked for yet: {name: (id, value before, value after)}.
-        self._unclaimed: Dict[str, Tuple[int, Value, Value]] = {}
+        self._unclaimed: Dict[str, Tuple[int, Scalar, Scalar]] = {}
 
     def begin(self, text: Any) -> None:
         """Begin with the last request of an earlier run, as `last` has written it, and without where none has."""
@@ -72,9 +73,9 @@ class History:
         self._earlier.stamp = stamp
         self._requests.appendleft(self._earlier)
 
-    def claim(self, location: Location, value: Value) -> None:
+    def claim(self, location: Location, value: Scalar) -> None:
         """Have what an earlier run has changed of a location be taken back, too, if it has that value still."""
-        location_id, old, new = self._unclaimed.pop(location.name, (0, None, None))
+        location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
         if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
             self._earlier.changes[location] = old, new
 
@@ -89,7 +90,7 @@ class History:
                 changes[location.name] = location.id, old, new
         return json.dumps([request.id, request.requester, request.stamp.secs, request.stamp.nsecs, changes])
 
-    def record(self, request_id: str, requester: str, stamp: Any, changes: Sequence[Change]) -> None:
+    def record(self, request_id: str, requester: str, stamp: object, changes: Sequence[Change]) -> None:
         """Remember changes that have been applied.
 
         Args:
@@ -120,7 +121,7 @@ class History:
         """The latest part of a request that has not been taken back; None where there is none."""
         return next((one for one in self._left() if one.id == request_id), None)
 
-    def withdraw(self, request_id: str, values: Dict[Location, Value]) -> None:
+    def withdraw(self, request_id: str, values: Dict[Location, Scalar]) -> None:
         """Note that the last part of a request was taken back, because other nodes have not done theirs.
 
         Args:
@@ -134,7 +135,7 @@ class History:
                 request.changes[location] = first, value
             request.undone = all(old == new for old, new in request.changes.values())
 
-    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Value]]:
+    def to_undo(self, request_id: str, present: Dict[int, Location]) -> Tuple[List[Request], Dict[Location, Scalar]]:
         """Find what has to be done to take a request back.
 
         Args:
@@ -151,7 +152,7 @@ class History:
             request_id = next((one.id for one in self._left() if self._values(one, present)), '')
         taken: List[Request] = []
         others: Dict[Location, Request] = {}
-        back: Dict[Location, Value] = {}
+        back: Dict[Location, Scalar] = {}
         for request in self._left():  # from the latest one
             if request.id != request_id:
                 for location in request.changes:
@@ -185,12 +186,12 @@ class History:
         """The requests that have not been taken back, from the latest one."""
         return (request for request in reversed(self._requests) if not request.undone)
 
-    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Value]:
+    def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Scalar]:
         """The values before a request, of the locations that are still there."""
         return {location: old for location, (old, _) in request.changes.items() if present.get(location.id) is location}
 
 
-def applied_change(stamp: Any, location: Location, old: Value, new: Value, requester: str) -> msg.AppliedChange:
+def applied_change(stamp: object, location: Location, old: Scalar, new: Scalar, requester: str) -> msg.AppliedChange:
     """A change as a message."""
     return msg.AppliedChange(stamp, location.id, location.name, to_json(old), to_json(new), requester)
 

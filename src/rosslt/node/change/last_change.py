@@ -3,7 +3,8 @@
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from rosslt import msg, srv, values
-from rosslt.node.json_scalars import Value, from_json
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import from_json
 from rosslt.node.locations.directory import Place
 from rosslt.node.service_calls import ask_all, has_ended
 
@@ -49,7 +50,7 @@ def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.Reco
     return max(last, key=lambda recorded: (recorded.change.stamp, recorded.request_id)) if last else None
 
 
-def values_in_code(places: Iterable[Place]) -> Dict[values.Source, Value]:
+def values_in_code(places: Iterable[Place]) -> Dict[values.Source, Scalar]:
     """{Source: what the code says} of those locations whose value is another one."""
     return {
         place.source: from_json(place.location.literal)

@@ -88,11 +88,11 @@ class Access:
         """The locks as the parameter says them: [[name, who, reason], ...]."""
         return [[name, lock.who, lock.reason] for name, lock in self.locks.items()]
 
-    def _set_locks(self, rows: Any) -> None:
+    def _set_locks(self, rows: object) -> None:
         if not isinstance(rows, list) or not all(_is_list_of(row, str) and len(row) == 3 for row in rows):
             raise Refused(f'{rows!r} is no list of locks, [[LOCATION, WHO, WHY], ...]')
         self.locks = {name: Lock(who, reason) for name, who, reason in rows}
 
 
-def _is_list_of(value: Any, kind: type) -> bool:
+def _is_list_of(value: object, kind: type) -> bool:
     return isinstance(value, list) and all(isinstance(one, kind) for one in value)

@@ -28,7 +28,7 @@ class Expression:
         tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
         instructions, roots = values.disassemble(tracked)
         self.sources: List[Source] = values.sources(tracked)
-        self.readings: Dict[Source, List[Any]] = {}
+        self.readings: Dict[Source, List[messages.Scalar]] = {}
         self.form: List[Any] = [roots]
         for kind, *rest in instructions:
             if kind == SOURCE:
@@ -62,7 +62,9 @@ class Observation(NamedTuple):
     is_near: bool
 
 
-def observe(part: Any, wanted: Any, type_: str = '', number: int = 0, is_reached: Optional[bool] = None) -> Observation:
+def observe(
+    part: object, wanted: object, type_: str = '', number: int = 0, is_reached: Optional[bool] = None
+) -> Observation:
     """The Observation of a part of a message that has just come.
 
     Args:

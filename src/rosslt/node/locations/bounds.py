@@ -1,13 +1,13 @@
 """The bounds and the weight that the code gives a location."""
 
 import math
-from typing import Any, Dict, Union
+from typing import Dict, Union
 
 from rosslt import values
-from rosslt.node.json_scalars import Value
+from rosslt.messages import Scalar
 
 
-def checked_limits(minimum: Value, maximum: Value, weight: Any) -> Dict[str, Union[int, float, None]]:
+def checked_limits(minimum: Scalar, maximum: Scalar, weight: object) -> Dict[str, Union[int, float, None]]:
     """Bounds and weight of a location as plain numbers.
 
     Raises:

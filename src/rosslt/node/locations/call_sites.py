@@ -64,13 +64,13 @@ def call_site(frame: FrameType) -> CallSite:
     return CallSite(code.co_filename, line, column, text, code.co_name, '', _identity_in_code(frame))
 
 
-def identity_of(site: CallSite, key: Any) -> str:
+def identity_of(site: CallSite, key: object) -> str:
     """The identity of a location: of its call and its key. Neither the number that is written there, which may be
     edited, nor the line, which may move, is part of it."""
     return f'{os.path.realpath(site.file)}\n{site.identity}\n{"" if key is None else word_of(key)}'
 
 
-def name_of(site: CallSite, key: Any) -> str:
+def name_of(site: CallSite, key: object) -> str:
     """The parameter's name for a call site that was given none: its file, function, variable and a few digits that tell
     it from others there, `talker_target_radius_3f2a91c0`."""
     stem = os.path.splitext(os.path.basename(site.file))[0]
@@ -246,7 +246,7 @@ def _pairs(code: CodeType, other: CodeType) -> Iterator[Tuple[CodeType, CodeType
         waiting.extend(zip(*(filter(_is_code, both.co_consts) for both in (code, other))))
 
 
-def _is_code(constant: Any) -> bool:
+def _is_code(constant: object) -> bool:
     return isinstance(constant, CodeType)
 
 

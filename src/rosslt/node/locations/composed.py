@@ -5,6 +5,7 @@ import functools
 from typing import Any, Callable, Dict, List, Tuple
 
 from rosslt import values
+from rosslt.messages import Message
 from rosslt.node.locations.call_sites import word_of
 from rosslt.node.locations.location import Location, Readable
 
@@ -37,7 +38,7 @@ class _Composed:
             location.read_in_round()
 
 
-def readable(literal: Any, leaf: _Leaf) -> Readable:
+def readable(literal: object, leaf: _Leaf) -> Readable:
     """The Readable of a literal: its location where it is a scalar.
 
     Args:
@@ -52,14 +53,14 @@ def readable(literal: Any, leaf: _Leaf) -> Readable:
         return leaf(plain, ())
     locations: List[Location] = []
 
-    def kept(value: Any, path: Tuple[str, ...]) -> Location:
+    def kept(value: object, path: Tuple[str, ...]) -> Location:
         locations.append(leaf(value, path))
         return locations[-1]
 
     return _Composed(_reader(literal, (), kept), locations)
 
 
-def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
+def _reader(literal: object, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
     """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
     give."""
     plain = values.plain_scalar(literal)
@@ -82,14 +83,14 @@ def _reader(literal: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
     )
 
 
-def _read_dict(pattern: Dict[Any, Any], branches: Dict[Any, _Read]) -> Any:
+def _read_dict(pattern: Dict[object, object], branches: Dict[object, _Read]) -> Any:
     fresh = copy.copy(pattern)  # an OrderedDict, or a defaultdict, is given back as such
     for key, read in branches.items():
         fresh[key] = read()
     return fresh
 
 
-def _message_reader(message: Any, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
+def _message_reader(message: Message, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
     pattern = copy.deepcopy(message)
     parts: List[Tuple[str, _Read]] = []
     for field, kind in zip(message.__slots__, message._slot_types):

@@ -17,7 +17,7 @@ import rospy
 
 from rosslt import msg, srv, values
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.json_scalars import Value, from_json
+from rosslt.node.json_scalars import from_json
 from rosslt.node.service_calls import ask_all
 
 #: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
@@ -69,17 +69,17 @@ class Place(NamedTuple):
         return f'{os.path.basename(self.location.file)}:{self.location.line}:{self.location.column}'
 
     @property
-    def value(self) -> Value:
+    def value(self) -> Any:
         """Its plain value when its owner was asked; None where it had none, as `location.fault` says."""
         return from_json(self.location.value) if self.location.value else None
 
     @property
-    def minimum(self) -> Value:
+    def minimum(self) -> Any:
         """Its lower bound, or None."""
         return from_json(self.location.minimum) if self.location.minimum else None
 
     @property
-    def maximum(self) -> Value:
+    def maximum(self) -> Any:
         """Its upper bound, or None."""
         return from_json(self.location.maximum) if self.location.maximum else None
 

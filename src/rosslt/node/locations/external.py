@@ -3,7 +3,8 @@
 from typing import Any, Callable, Optional, Tuple
 
 from rosslt import values
-from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.locations.location import Location
 from rosslt.node.locations.mutex import change_lock_released
@@ -25,7 +26,7 @@ class ExternalLocation(Location):
         identity: str,
         name: str,
         site: CallSite,
-        value: Value,
+        value: Scalar,
         getter: Callable[[], Any],
         setter: Optional[Callable[[Any], None]],
         read_only: bool = False,
@@ -36,7 +37,7 @@ class ExternalLocation(Location):
         super().__init__(identity, name, site, _scalar(value), read_only=read_only or setter is None, **limits)
 
     @property
-    def value(self) -> Value:
+    def value(self) -> Scalar:
         try:
             with change_lock_released():
                 value = self._getter()
@@ -51,7 +52,7 @@ class ExternalLocation(Location):
     def tracked(self) -> Any:
         return self._reading_of(_scalar(self._getter()))
 
-    def _reading_of(self, value: Value) -> Any:
+    def _reading_of(self, value: Scalar) -> Any:
         reading = self._reading
         if reading is None or values.untracked(reading) != value or type(values.untracked(reading)) is not type(value):
             reading = self._reading = values.track(value, self.source)
@@ -61,7 +62,7 @@ class ExternalLocation(Location):
         super().name_node(node)
         self._reading = None
 
-    def set_outside(self, value: Value) -> Tuple[Value, Value]:
+    def set_outside(self, value: Scalar) -> Tuple[Scalar, Scalar]:
         old = self.value
         self._set(value)
         try:
@@ -70,7 +71,7 @@ class ExternalLocation(Location):
             self._set(old)
             raise
 
-    def _set(self, value: Value) -> None:
+    def _set(self, value: Scalar) -> None:
         if self._setter is None:
             raise Refused(f'{self.name} has no setter')
         try:
@@ -81,11 +82,11 @@ class ExternalLocation(Location):
         except Exception as error:  # the user's function: any exception is a refusal
             raise Refused(f'{type(error).__name__}: {error}') from error
 
-    def put(self, value: Value) -> None:
+    def put(self, value: Scalar) -> None:
         self._reading_of(value)
 
 
-def _scalar(value: Value) -> Value:
+def _scalar(value: Scalar) -> Scalar:
     """A value that a getter gives, without provenance.
 
     Raises:

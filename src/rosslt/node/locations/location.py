@@ -1,7 +1,6 @@
 """Locations: the values of this node that can be changed from outside (the paper's `create_location`, section IV-A).
 
-A location has an identity that outlives a restart, a name, and a current value. The ROS parameters behind locations are
-in `parameter_mirror`, the services that change them in `server`.
+It has an identity that outlives a restart, a name, and a value; `parameters` has the ROS parameters behind it.
 """
 
 import functools
@@ -13,7 +12,8 @@ from types import CodeType, FrameType
 from typing import Any, Callable, Dict, List, Optional, Protocol, Sequence, Tuple, Type
 
 from rosslt import files, values
-from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.memory.remembered import MEMORY
@@ -70,9 +70,9 @@ class Location:
         identity: str,
         name: str,
         site: CallSite,
-        value: Value,
-        minimum: Value = None,
-        maximum: Value = None,
+        value: Scalar,
+        minimum: Optional[float] = None,
+        maximum: Optional[float] = None,
         read_only: bool = False,
         weight: Optional[float] = None,
         changed: Tuple[Callable[[], None], ...] = (),
@@ -98,11 +98,11 @@ class Location:
         return self.site.place
 
     @property
-    def literal(self) -> Value:
+    def literal(self) -> Optional[Scalar]:
         return None
 
     @property
-    def value_in_code(self) -> Value:
+    def value_in_code(self) -> Optional[Scalar]:
         """The value that the code gives where it was read; None where it was not read there."""
         return self.literal
 
@@ -112,7 +112,7 @@ class Location:
         return None
 
     @property
-    def value(self) -> Value:
+    def value(self) -> Scalar:
         """The plain value in force.
 
         Raises:
@@ -131,7 +131,7 @@ class Location:
             self.source.name_node(node)
         self.source = values.Source(node, self.id)
 
-    def checked(self, value: Value) -> Value:
+    def checked(self, value: object) -> Scalar:
         """`value` as this location takes it.
 
         Raises:
@@ -159,7 +159,7 @@ class Location:
         return value
 
     @property
-    def bounds(self) -> Tuple[Value, Value]:
+    def bounds(self) -> Tuple[Optional[float], Optional[float]]:
         """Its minimum and maximum, or None: those of the code, or those of the fields that it is sent in."""
         least, greatest = self.sendable
         if math.isinf(least):
@@ -176,10 +176,10 @@ class Location:
     def read_in_round(self) -> None:
         """Note that the node reads it in its rounds, or in a callback: it does so again."""
 
-    def reread(self, value_in_code: Value) -> None:
+    def reread(self, value_in_code: Scalar) -> None:
         """Take in the value in the code after an edit; the value in force stays."""
 
-    def set_outside(self, value: Value) -> Tuple[Value, Value]:
+    def set_outside(self, value: Scalar) -> Tuple[Scalar, Scalar]:
         """Hand a checked value to whatever keeps it outside of this process, before `put` makes it the one in force.
 
         Returns:
@@ -190,16 +190,16 @@ class Location:
         """
         return self.value, value
 
-    def put(self, value: Value) -> None:
+    def put(self, value: Scalar) -> None:
         """Make a value that `set_outside` has returned the one in force."""
         raise NotImplementedError
 
 
 #: A location, its value before and after.
-Change = Tuple[Location, Value, Value]
+Change = Tuple[Location, Scalar, Scalar]
 
 
-def put_in_force(pairs: Sequence[Tuple[Location, Value]]) -> None:
+def put_in_force(pairs: Sequence[Tuple[Location, Scalar]]) -> None:
     """Make values those in force, as `Location.put`, and have the memory of the node follow them, at one moment.
 
     Raises:
@@ -231,17 +231,17 @@ class HeldLocation(Location):
 
     tracked: Any
 
-    def __init__(self, identity: str, name: str, site: CallSite, value: Value, **limits: Any) -> None:
+    def __init__(self, identity: str, name: str, site: CallSite, value: Scalar, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
         self.is_polled = False
         self.tracked = None
         self.put(value)
 
     @property
-    def value(self) -> Value:
+    def value(self) -> Scalar:
         return self._value
 
-    def is_other(self, value: Value) -> bool:
+    def is_other(self, value: Scalar) -> bool:
         """Return whether a value is another one than that in force, or of another type."""
         return type(value) is not type(self._value) or bool(value != self._value)
 
@@ -259,11 +259,11 @@ class HeldLocation(Location):
         super().name_node(node)
         self.tracked = self.reading_of(self._value)
 
-    def reading_of(self, value: Value) -> Any:
+    def reading_of(self, value: Scalar) -> Any:
         """A tracked value that says of a plain one that this location is its source."""
         return values.track(value, self.source)
 
-    def put(self, value: Value) -> None:
+    def put(self, value: Scalar) -> None:
         self._value = value
         self.tracked = self.reading_of(value)
 
@@ -273,18 +273,18 @@ class LiteralLocation(HeldLocation):
 
     __slots__ = ('_literal',)
 
-    def __init__(self, identity: str, name: str, site: CallSite, literal: Value, **limits: Any) -> None:
+    def __init__(self, identity: str, name: str, site: CallSite, literal: Scalar, **limits: Any) -> None:
         self._literal = literal
         super().__init__(identity, name, site, literal, **limits)
 
     @property
-    def literal(self) -> Value:
+    def literal(self) -> Scalar:
         return self._literal
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         return source.argument_of_call(self.site.line, self.site.column, 0, 'value')
 
-    def reread(self, value_in_code: Value) -> None:
+    def reread(self, value_in_code: Scalar) -> None:
         self._literal = value_in_code
 
 
@@ -293,7 +293,7 @@ class Defaults(Protocol):
 
     def default_of(self, name: str) -> Tuple[Any, List[str]]: ...
 
-    def reread(self, name: str, said: Value) -> None: ...
+    def reread(self, name: str, said: Scalar) -> None: ...
 
 
 class ParameterLocation(HeldLocation):
@@ -310,27 +310,27 @@ class ParameterLocation(HeldLocation):
 
     __slots__ = ('unsaved', '_defaults', 'staying')
 
-    def __init__(self, name: str, site: CallSite, value: Value, defaults: Defaults) -> None:
+    def __init__(self, name: str, site: CallSite, value: Scalar, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
         self.unsaved = ''
         self.staying: List[Any] = []
         self._defaults = defaults
 
     @property
-    def value_in_code(self) -> Value:
+    def value_in_code(self) -> Optional[Scalar]:
         return self._defaults.default_of(self.name)[0]
 
-    def checked(self, value: Value) -> Value:
+    def checked(self, value: object) -> Scalar:
         return as_sent(super().checked(value))
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
         value, path = self._defaults.default_of(self.name)
         return None if value is None else source.argument_of_call(self.site.line, self.site.column, 1, 'default', path)
 
-    def reread(self, value_in_code: Value) -> None:
+    def reread(self, value_in_code: Scalar) -> None:
         self._defaults.reread(self.name, value_in_code)
 
-    def put(self, value: Value) -> None:
+    def put(self, value: Scalar) -> None:
         self.type = type(value)
         before = self.tracked
         super().put(value)
@@ -382,7 +382,7 @@ class Locations:
             for location in self.by_id.values():
                 location.name_node(node)
 
-    def at_call(self, frame: FrameType, name: Any, key: Any, make: Callable[[], Readable]) -> Readable:
+    def at_call(self, frame: FrameType, name: object, key: object, make: Callable[[], Readable]) -> Readable:
         """Find or make the Readable of a call of `location()`: made at the first call, in `by_call` from then on.
 
         Args:
@@ -414,7 +414,7 @@ class Locations:
             self._in_set_up.update(self.by_call)
             self.by_call.clear()
 
-    def _forget(self, code_id: int, _ended: Any) -> None:
+    def _forget(self, code_id: int, _ended: object) -> None:
         """Forget the calls of a code object that is no more; called at any time, and waits for no lock."""
         for call in self._codes.pop(code_id)[1]:
             self.by_call.pop(call, None)

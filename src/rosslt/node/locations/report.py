@@ -1,10 +1,11 @@
 """Locations as messages."""
 
 import os
-from typing import Tuple
+from typing import Optional, Tuple
 
 from rosslt import msg
-from rosslt.node.json_scalars import Refused, Value, to_json
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Location
 
 
@@ -15,7 +16,7 @@ def described(location: Location, is_locked: bool = False, at_next_start: str = 
         at_next_start: as `Location.at_next_start` says.
     """
 
-    def text(value: Value) -> str:
+    def text(value: Optional[Scalar]) -> str:
         return '' if value is None else to_json(value)
 
     value, fault = _value_or_fault(location)

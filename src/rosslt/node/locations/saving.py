@@ -10,6 +10,7 @@ import rosgraph
 import rospy
 
 from rosslt import files, srv
+from rosslt.messages import Message
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.json_scalars import from_json
 from rosslt.node.locations.directory import Directory, Place
@@ -41,9 +42,9 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     if node not in listed:
         raise SourceUnreachable(silent[node], silent)
     places = listed[node]
-    answer: Any = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
+    answer: Message = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
     edits, unsaved = _in_sources(answer, places)
-    history: Any = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
+    history: Message = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
     in_files, others = _in_parameter_files(history, places, answer.read_ids)
     return edits + in_files, unsaved + others
 
@@ -53,14 +54,14 @@ def tell_saved(node: str, timeout: float) -> None:
     ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
 
 
-def _call(node: str, service: str, service_class: Any, request: Any, timeout: float) -> Any:
+def _call(node: str, service: str, service_class: object, request: Message, timeout: float) -> Message:
     answers, silent = ask_all(service, service_class, {node: request}, timeout)
     if node not in answers:
         raise SourceUnreachable(silent[node], silent)
     return answers[node]
 
 
-def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
+def _in_sources(answer: Message, places: List[Place]) -> Tuple[List[files.Edit], List[Unsaved]]:
     """Convert the node's answer to edits of its source files, and the values that it cannot save."""
     by_id = {place.location.id: place for place in places}
 
@@ -77,7 +78,7 @@ def _in_sources(answer: Any, places: List[Place]) -> Tuple[List[files.Edit], Lis
 
 
 def _in_parameter_files(
-    history: Any, places: List[Place], in_sources: Collection[int]
+    history: Message, places: List[Place], in_sources: Collection[int]
 ) -> Tuple[List[files.Edit], List[Unsaved]]:
     """Make the edits that write changed parameters into the YAML and launch files that they were loaded from.
 
@@ -178,7 +179,7 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
     return ''
 
 
-def _where(origin: Dict[str, Any]) -> Dict[str, Any]:
+def _where(origin: Dict[str, object]) -> Dict[str, Any]:
     """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
     return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
 

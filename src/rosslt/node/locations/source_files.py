@@ -98,7 +98,7 @@ class SourceFiles:
 
 
 def _edits_of_file(
-    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[Any]]
+    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[object]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
     """Make the edits of one file, for `SourceFiles.edits`."""
     readers: Dict[int, List[Location]] = {}

@@ -15,7 +15,7 @@ _lock = threading.RLock()  # reentrant, as a signal's handler may publish in the
 _soon = Callbacks('rosslt latched messages')
 
 
-def follow_latched(publisher: Any) -> None:
+def follow_latched(publisher: object) -> None:
     """Have the last message of a latched publisher be published again after changes.
 
     Args:

@@ -6,7 +6,7 @@ Nobody's own are the standard library, what is installed by Debian, pip or ROS, 
 import os
 import sysconfig
 from pathlib import Path
-from typing import Any, Dict, Set
+from typing import Dict, Set
 
 _OURS = str(Path(__file__).resolve().parents[2]) + os.sep
 #: Files that are taken for the node's own wherever they are.
@@ -20,7 +20,7 @@ def include_file(path: str) -> None:
     _known.clear()
 
 
-def is_own_module(names: Dict[str, Any]) -> bool:
+def is_own_module(names: Dict[str, object]) -> bool:
     """Return whether a module is the node's own.
 
     Args:

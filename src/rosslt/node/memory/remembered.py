@@ -12,17 +12,15 @@ import collections
 import contextlib
 import threading
 import types
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import genpy
 import rospy
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.node.json_scalars import Refused
 from rosslt.node.memory.walk import Reference, Slot, Walk, elements_of, numbers_in, running
 from rosslt.values import Source
-
-_INTEGERS = {'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'byte', 'char'}
 
 
 class Following(NamedTuple):
@@ -76,7 +74,7 @@ class Memory:
         self._slots, self._arrays, self._frames = walk.slots, walk.arrays, walk.frames
         self._by_source = None
 
-    def _depending(self, changes: Mapping[Source, Any]) -> List[Slot]:
+    def _depending(self, sources: Collection[Source]) -> List[Slot]:
         """The slots whose values depend on sources, without those that are gone."""
         if self._by_source is None:
             # Looking at sources makes literals known, which may be changed by that: by what an earlier run has left.
@@ -85,19 +83,19 @@ class Memory:
             for slot in self._slots:
                 for source in values.sources(numbers_in([slot.value])):
                     self._by_source.setdefault(source, []).append(slot)
-        found = {id(slot): slot for source in changes for slot in self._by_source.get(source, ())}
+        found = {id(slot): slot for source in sources for slot in self._by_source.get(source, ())}
         return [slot for slot in found.values() if slot.owner() is not None]
 
     def keeps(self, source: Source) -> bool:
         """Return whether a slot or array still holds what was made of a source."""
         with self._lock:
             self._forget_what_has_ended()
-            return any(source in values.sources(_held(slot)) for slot in self._depending({source: None})) or any(
+            return any(source in values.sources(_held(slot)) for slot in self._depending({source})) or any(
                 source in values.sources([element for _, element in _unwritten(reference(), noted)])
                 for reference, noted in self._arrays
             )
 
-    def following(self, changes: Mapping[Source, Any]) -> Following:
+    def following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
         """What the configuration becomes of other values of its sources.
 
         Raises:
@@ -110,7 +108,7 @@ class Memory:
         except (Refused, RuntimeError, AttributeError, LookupError, MemoryError) as error:
             raise Refused(str(error)) from error
 
-    def _following(self, changes: Mapping[Source, Any]) -> Following:
+    def _following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
         with self._lock:
             if not self.has_begun:
                 self._note()
@@ -127,7 +125,7 @@ class Memory:
                     arrays.append((number, array, pairs))
             return Following(slots, arrays)
 
-    def follow(self, following: Following, readings: Mapping[int, Any]) -> None:
+    def follow(self, following: Following, readings: Mapping[int, object]) -> None:
         """Set the slots, all at one moment.
 
         Args:
@@ -174,7 +172,7 @@ MEMORY = Memory()
 """The memory of this process."""
 
 
-def _row(slot: Slot, value: Any, readings: Mapping[int, Any]) -> Tuple[Any, Any, Any, Any]:
+def _row(slot: Slot, value: Any, readings: Mapping[int, object]) -> Tuple[Any, Any, Any, Any]:
     """A row of `values.exchange` that gives a slot a value, or instead of a reading the one that there is now."""
     owner, key, before = slot.owner(), slot.key, slot.value
     if not _has_elements(owner):
@@ -183,11 +181,11 @@ def _row(slot: Slot, value: Any, readings: Mapping[int, Any]) -> Tuple[Any, Any,
     return owner, key, before, others
 
 
-def _has_elements(owner: Any) -> bool:
+def _has_elements(owner: object) -> bool:
     return issubclass(type(owner), (list, collections.deque))
 
 
-def _left_in(owner: Any, others: Dict[int, Any]) -> Tuple[Any, ...]:
+def _left_in(owner: object, others: Dict[int, object]) -> Tuple[Any, ...]:
     """Those of the elements that were put into a list or deque: the node may have removed some before."""
     held = set(map(id, elements_of(owner)))
     return tuple(other for other in others.values() if id(other) in held)
@@ -213,14 +211,15 @@ def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:
     if (type(plain) is str) is not (type(other) is str):
         return before
     if issubclass(type(owner), genpy.Message) and type(other) is float:
-        kind = dict(zip(owner.__slots__, owner._slot_types)).get(key)
-        if kind in _INTEGERS:
-            whole = values.to_int(value)
-            return whole if whole == value else before
+        type_ = dict(zip(owner.__slots__, owner._slot_types)).get(key, 'float64')
+        try:
+            return messages.as_held(value, messages.kind_of(type_))
+        except (OverflowError, ValueError):
+            return before
     return value
 
 
-def _reapplied(kept: List[Any], changes: Mapping[Source, Any]) -> List[Any]:
+def _reapplied(kept: List[object], changes: Mapping[Source, messages.Scalar]) -> List[Any]:
     """Values, numbers or tuples, as they are after changes: the same objects if they do not depend on them.
 
     Raises:
@@ -234,14 +233,14 @@ def _reapplied(kept: List[Any], changes: Mapping[Source, Any]) -> List[Any]:
     return _rebuilt(kept, {id(leaf): _alike(leaf, other) for leaf, other in zip(leaves, others)})
 
 
-def _reapplied_alone(leaf: Any, changes: Mapping[Source, Any]) -> Any:
+def _reapplied_alone(leaf: object, changes: Mapping[Source, messages.Scalar]) -> Any:
     try:
         return values.reapply(leaf, changes)
     except (ArithmeticError, ValueError, TypeError) as error:
         raise Refused(f'{values.explain(leaf)}, which the node keeps, would have no value: {error}') from None
 
 
-def _alike(before: Any, value: Any) -> Any:
+def _alike(before: object, value: object) -> Any:
     """A value of the class of the one before: NumPy's number instead of one of NumPy's."""
     kind = type(before)
     if type(value) is kind or not hasattr(before, 'tracked'):

@@ -36,7 +36,7 @@ def begins_round(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function by which a main thread waits: a call of it may begin the first round."""
 
     @functools.wraps(function)
-    def called(*args: Any, **kwargs: Any) -> Any:
+    def called(*args: object, **kwargs: object) -> Any:
         if not MEMORY.has_begun and threading.current_thread() is threading.main_thread():
             frame = sys._getframe(1)
             if is_own_module(frame.f_globals) and (function in (_SPIN, _PAUSE) or _is_in_round(frame)):

@@ -149,7 +149,7 @@ class Walk:
     def _look_into_dict(self, thing: Any) -> None:
         self._hold(thing, list(dict.items(thing)))
 
-    def _look_into_list(self, thing: Any) -> None:
+    def _look_into_list(self, thing: object) -> None:
         noted = self._noted(enumerate(elements_of(thing)))
         if noted:
             self.slots.append(Slot(_refer(thing), None, tuple(element for _, element in noted)))
@@ -157,7 +157,7 @@ class Walk:
     def _look_into_tuple(self, thing: Any) -> None:
         self._waiting += tuple.__iter__(thing)
 
-    def _look_into_class(self, thing: Any) -> None:
+    def _look_into_class(self, thing: object) -> None:
         self._hold(thing, list(_names_of(thing).items()))
 
     def _look_into_frame(self, thing: types.FrameType) -> None:
@@ -174,7 +174,7 @@ class Walk:
         self.frames[id(frame)] = frame
         return functools.partial(self.frames.get, id(frame))
 
-    def _look_into_suspended(self, thing: Any) -> None:
+    def _look_into_suspended(self, thing: object) -> None:
         frame, reference = frame_of(thing), weakref.ref(thing)
         if frame is not None and values.KEEPS_LOCALS and id(frame) not in self._seen:
             self._seen.add(id(frame))
@@ -227,11 +227,11 @@ class Walk:
         has_attributes = type(attributes) in (types.GetSetDescriptorType, types.MemberDescriptorType)
         members = [(name, one) for name, one in names.items() if type(one) is types.MemberDescriptorType]
 
-        def refer_to_attributes(thing: Any) -> Reference:
+        def refer_to_attributes(thing: object) -> Reference:
             reference = _refer(thing)
             return lambda: None if reference() is None else attributes.__get__(reference())
 
-        def look(thing: Any) -> None:
+        def look(thing: object) -> None:
             if has_attributes:
                 self._hold(thing, list(dict.items(attributes.__get__(thing))), refer_to_attributes)
             for name, member in members:
@@ -244,14 +244,14 @@ class Walk:
         return look
 
     def _hold(
-        self, owner: Any, items: Iterable[Tuple[Any, Any]], refer: Optional[Callable[[Any], Reference]] = None
+        self, owner: object, items: Iterable[Tuple[object, object]], refer: Optional[Callable[[Any], Reference]] = None
     ) -> None:
         noted = self._noted(items)
         if noted:
             reference = (refer or _refer)(owner)
             self.slots += [Slot(reference, key, value) for key, value in noted]
 
-    def _noted(self, items: Iterable[Tuple[Any, Any]]) -> List[Tuple[Any, Any]]:
+    def _noted(self, items: Iterable[Tuple[object, object]]) -> List[Tuple[Any, Any]]:
         """The items that are tracked; what may hold others is looked into later."""
         noted = []
         for key, value in items:
@@ -280,7 +280,7 @@ def _is_of_rospy(kind: type) -> bool:
     return str(_module_of(kind)).partition('.')[0] in ('rospy', 'rosslt')
 
 
-def _refer(owner: Any) -> Reference:
+def _refer(owner: object) -> Reference:
     """Refer to an owner, which is not kept alive for it if Python can do without."""
     try:
         return weakref.ref(owner)
@@ -288,12 +288,12 @@ def _refer(owner: Any) -> Reference:
         return lambda: owner
 
 
-def frame_of(thing: Any) -> Optional[types.FrameType]:
+def frame_of(thing: object) -> Optional[types.FrameType]:
     """The frame of a generator or coroutine; None if it has ended, or is gone."""
     return None if thing is None else getattr(thing, _FRAMES[type(thing)])
 
 
-def elements_of(thing: Any) -> List[Any]:
+def elements_of(thing: object) -> List[Any]:
     """The elements of a list or deque."""
     kind: Any = list if issubclass(type(thing), list) else collections.deque
     return list(kind.__iter__(thing))

@@ -10,13 +10,14 @@ import contextlib
 import json
 import re
 import threading
-from typing import Callable, Dict, List, Sequence, Tuple, Union
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import rospy
 
+from rosslt.messages import Scalar
 from rosslt.node.change.locks import LOCKS
 from rosslt.node.change.owner import Owner
-from rosslt.node.json_scalars import Refused, Value
+from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import LiteralLocation, Location, put_in_force
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.server import (
@@ -122,7 +123,7 @@ class Parameters:
             location.put(value)
             self._note_taken_over(location)
 
-    def _kept(self, location: LiteralLocation) -> Value:
+    def _kept(self, location: LiteralLocation) -> Optional[Scalar]:
         """What the parameter of a literal says; None if it says nothing, or nothing that holds any more."""
         value = part_of(self._own, location.name)
         if value is None:
@@ -314,7 +315,7 @@ class Parameters:
 def read_record(text: Tree) -> List[Tree]:
     """The content of a record; nothing where it is none."""
     try:
-        record = json.loads(text)
+        record = json.loads(str(text))
     except (TypeError, ValueError, RecursionError):
         return []
     return record if isinstance(record, list) else []

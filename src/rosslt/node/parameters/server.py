@@ -8,7 +8,7 @@ that name, of which the master ends the first. Whoever sets a parameter under th
 import contextlib
 import json
 import threading
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple, Union
 from xml.parsers.expat import ExpatError
 from xmlrpc.client import MultiCall, dumps, loads
 
@@ -16,6 +16,7 @@ import rosgraph
 import rosgraph.xmlrpc
 import rospy
 
+from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused
 from rosslt.node.no_master import NO_MASTER
 
@@ -23,7 +24,7 @@ from rosslt.node.no_master import NO_MASTER
 START_TIMEOUT = 10.0
 
 #: A value of a parameter, or a tree of them.
-Tree = Any
+Tree = Union[None, Scalar, Sequence['Tree'], Mapping[str, 'Tree']]
 
 
 class ParameterServer:
@@ -137,7 +138,7 @@ class _Handler(rosgraph.xmlrpc.XmlRpcHandler):
         return 1, '', 0
 
 
-def as_sent(value: Tree) -> Tree:
+def as_sent(value: Any) -> Any:
     """A value of a parameter as the master gets it.
 
     Raises:
@@ -157,7 +158,7 @@ def as_shown(value: Tree) -> Tree:
         return json.dumps(value)
 
 
-def is_sent_alike(one: Tree, other: Tree) -> bool:
+def is_sent_alike(one: Any, other: Any) -> bool:
     """Return whether two values are equal when sent to the master; False if one cannot be sent."""
     try:
         return dumps((one,), allow_none=True) == dumps((other,), allow_none=True)

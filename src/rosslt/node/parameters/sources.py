@@ -15,8 +15,9 @@ from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Se
 import rospy
 
 from rosslt import files, values
+from rosslt.messages import Scalar
 from rosslt.node.change.owner import Owner
-from rosslt.node.json_scalars import Refused, Value
+from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.location import Change, ParameterLocation, put_in_force
 from rosslt.node.locations.source_files import SOURCE_FILES
@@ -46,11 +47,11 @@ class ReadParameters:
     def __init__(self, owner: Owner, parameters: Parameters) -> None:
         self._owner, self._parameters = owner, parameters
         self._asked: Dict[str, CallSite] = {}  # by full name, the call that reads it
-        self._defaults: Dict[str, Any] = {}  # by full name, what the code says while it is not set
+        self._defaults: Dict[str, Tree] = {}  # by full name, what the code says while it is not set
         self._polled: Set[str] = set()  # names that are read in the node's rounds
         self._floats: Set[str] = set()  # names below which an int is taken for a float
-        self._known: Any = {}  # what the master says, a tree from the root; never changed, but replaced
-        self._said: Dict[str, Any] = {}  # the scalars in it and in the defaults in force, by name
+        self._known: Tree = {}  # what the master says, a tree from the root; never changed, but replaced
+        self._said: Dict[str, Scalar] = {}  # the scalars in it and in the defaults in force, by name
         self._made: Dict[str, ParameterLocation] = {}  # all that there ever were, by name
         self._present: Dict[str, ParameterLocation] = {}  # those of the scalars that there are now
 
@@ -96,7 +97,7 @@ class ReadParameters:
             if value is not None and default and self._was_default(key, value):
                 self._take_default(key, site, default[0])
 
-    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Value) -> bool:
+    def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Tree) -> bool:
         """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
         were read before stand in the way, or where no parameter can hold it."""
         with self._owner.lock:
@@ -130,7 +131,7 @@ class ReadParameters:
             return False
         try:
             # a launch file may have set it since
-            return key not in json.loads(self._parameters.read(files.ORIGINS) or '{}')
+            return key not in json.loads(str(self._parameters.read(files.ORIGINS) or '{}'))
         except (TypeError, ValueError):  # what is there is not what `rosslt launch` writes
             return True
 
@@ -141,7 +142,7 @@ class ReadParameters:
                 return values.plain_scalar(element_of(default, name[len(key) :])), name[len(key) :].split('/')[1:]
         return None, []
 
-    def reread(self, name: str, said: Value) -> None:
+    def reread(self, name: str, said: Scalar) -> None:
         """Take in what the code says of a location since it was edited."""
         for key, default in self._defaults.items():
             self._defaults[key] = _leafwise(key, default, lambda one, part: said if one == name else part)
@@ -166,7 +167,7 @@ class ReadParameters:
                     self._parameters.server.set(list(_lacking(key.rstrip('/'), self._in_force(key), stands)))
                 self.learn(key)
 
-    def _take_in(self, key: str, value: Value) -> None:
+    def _take_in(self, key: str, value: Tree) -> None:
         """Put in force what the master says of a parameter, None where it is not set. The lock is held."""
         known = with_part(self._known, key, value)
         said = self._scalars(known)
@@ -196,7 +197,7 @@ class ReadParameters:
         """Return whether a location's change has not been sent to the master yet."""
         return bool(location.value != self._said.get(location.name))
 
-    def _renew(self, known: Any) -> None:
+    def _renew(self, known: Tree) -> None:
         """Have the locations be those of what the master says now, and of the defaults. The lock is held."""
         unwritten = {name for name, location in self._present.items() if self._is_unwritten(location)}
         self._known, self._said = known, self._scalars(known)
@@ -217,7 +218,7 @@ class ReadParameters:
             if has_other_types:
                 self._owner.publish_locations()
 
-    def _add(self, name: str, value: Value) -> None:
+    def _add(self, name: str, value: Scalar) -> None:
         """Have a location for a scalar, a new one or that which was there before."""
         location = self._made.get(name)
         if location is None:
@@ -233,9 +234,9 @@ class ReadParameters:
         else:
             self._present[name] = location
 
-    def _scalars(self, known: Any) -> Dict[str, Any]:
+    def _scalars(self, known: Tree) -> Dict[str, Scalar]:
         """The plain values of all that are to be locations, by name."""
-        found: Dict[str, Any] = {}
+        found: Dict[str, Scalar] = {}
         _leafwise('', known, found.setdefault)
         for key, default in self._defaults.items():
             if part_of(known, key) is None:
@@ -243,27 +244,27 @@ class ReadParameters:
         plain = ((name, self._as_read(name, values.plain_scalar(value))) for name, value in found.items())
         return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
-    def _as_read(self, name: str, value: Value) -> Any:
+    def _as_read(self, name: str, value: Scalar) -> Scalar:
         """A scalar; an int is converted to a float where a float was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
-    def _mapped(self, key: str, value: Value, read: Callable[[ParameterLocation], Any]) -> Any:
+    def _mapped(self, key: str, value: Tree, read: Callable[[ParameterLocation], Any]) -> Any:
         """A parameter's value, each leaf of which is replaced by the value read from its location."""
 
-        def part(name: str, leaf: Value) -> Any:
+        def part(name: str, leaf: Scalar) -> Any:
             location = self._present.get(name)
             return leaf if location is None else read(location)
 
         return _leafwise(key.rstrip('/'), value, part)
 
-    def _in_force(self, key: str) -> Any:
+    def _in_force(self, key: str) -> Tree:
         """A parameter as it is to stand on the parameter server; None where there is nothing to be set."""
         known = part_of(self._known, key)
         value = self._defaults.get(key) if known is None else known
         return None if value is None else self._mapped(key, value, operator.attrgetter('value'))
 
-    def write(self) -> List[Tuple[str, Any]]:
+    def write(self) -> List[Tuple[str, Tree]]:
         """Write what has changed here; returns the records of the defaults that it was read from."""
         with self._owner.lock:
             changed = [name for name, location in self._present.items() if self._is_unwritten(location)]
@@ -315,7 +316,7 @@ def _put(changes: Sequence[Change]) -> None:
             location.put(new)
 
 
-def _unit(tree: Any, name: str) -> str:
+def _unit(tree: Tree, name: str) -> str:
     """The name of the parameter of the master that holds a part: of a list, the list."""
     key = ''
     for step in filter(None, name.split('/')):
@@ -325,7 +326,7 @@ def _unit(tree: Any, name: str) -> str:
     return key
 
 
-def _lacking(key: str, value: Value, stands: Any) -> Iterator[Tuple[str, Any]]:
+def _lacking(key: str, value: Tree, stands: Tree) -> Iterator[Tuple[str, Tree]]:
     """The parameters of a tree that another one has not: (full name, value)."""
     if stands is None:
         yield key, value
@@ -334,7 +335,7 @@ def _lacking(key: str, value: Value, stands: Any) -> Iterator[Tuple[str, Any]]:
             yield from _lacking(f'{key}/{name}', part, stands.get(name))
 
 
-def _leafwise(name: str, value: Value, function: Callable[[str, Any], Any]) -> Any:
+def _leafwise(name: str, value: Tree, function: Callable[[str, Any], Any]) -> Any:
     """Replace each leaf of a list or dict by a function of its name and value.
 
     Names with `//` in them are of keys that no parameter can have.
@@ -350,7 +351,7 @@ def _leafwise(name: str, value: Value, function: Callable[[str, Any], Any]) -> A
     return found
 
 
-def _can_be_sent(value: Value) -> bool:
+def _can_be_sent(value: object) -> bool:
     """Return whether a value is a scalar that JSON can carry."""
     if type(value) is str:
         return value.isascii() or value == value.encode('utf-8', 'ignore').decode('utf-8')

@@ -9,14 +9,15 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Tuple
 
 from dynamic_reconfigure import msg
 
-from rosslt.node.json_scalars import Refused, Value
+from rosslt.messages import Scalar, limits_of
+from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import Location
 
 #: The keys of a group's dictionary in dynamic_reconfigure that are not names of parameters.
 RESERVED = {'groups', 'id', 'name', 'parameters', 'parent', 'state', 'type'}
 
 #: The range of an int in dynamic_reconfigure's messages.
-LOWEST, HIGHEST = -(2**31), 2**31 - 1
+LOWEST, HIGHEST = limits_of('int32')
 
 #: dynamic_reconfigure's names for the types of locations.
 TYPES = {float: 'double', int: 'int', str: 'str', bool: 'bool'}
@@ -30,7 +31,7 @@ class Shown(NamedTuple):
 
     name: str
     location: Location
-    value: Value
+    value: Scalar
 
 
 class Configuration:
@@ -78,7 +79,7 @@ class Configuration:
             dflt=self._config((one, _default(one)) for one in shown),
         )
 
-    def _config(self, values: Iterable[Tuple[Shown, Any]]) -> msg.Config:
+    def _config(self, values: Iterable[Tuple[Shown, object]]) -> msg.Config:
         config = msg.Config()
         lists = {
             float: (config.doubles, msg.DoubleParameter),
@@ -105,7 +106,7 @@ def _readable(location: Location) -> Any:
     return value if type(value) is location.type and _fits(value) else None
 
 
-def _fits(value: Value) -> bool:
+def _fits(value: Scalar) -> bool:
     """True where a scalar can be sent: ints have 32 bits."""
     return type(value) is not int or LOWEST <= value <= HIGHEST
 
@@ -114,7 +115,7 @@ def _described(location: Location) -> str:
     return location.place + (', read-only' if location.read_only else '')
 
 
-def _lowest(location: Location) -> Value:
+def _lowest(location: Location) -> Scalar:
     """The lowest value that a location takes, as dynamic_reconfigure writes it."""
     if location.type is float:
         return -math.inf if location.minimum is None else location.minimum
@@ -123,7 +124,7 @@ def _lowest(location: Location) -> Value:
     return False if location.type is bool else ''
 
 
-def _highest(location: Location) -> Value:
+def _highest(location: Location) -> Scalar:
     """The highest value that a location takes, as dynamic_reconfigure writes it."""
     if location.type is float:
         return math.inf if location.maximum is None else location.maximum
@@ -132,7 +133,7 @@ def _highest(location: Location) -> Value:
     return True if location.type is bool else ''
 
 
-def _default(shown: Shown) -> Value:
+def _default(shown: Shown) -> Scalar:
     """Return the default of a field: the literal in the code if known and valid, else the present value."""
     literal = shown.location.literal
     return literal if type(literal) is shown.location.type and _fits(literal) else shown.value

@@ -15,10 +15,10 @@ from dynamic_reconfigure.msg import Config, ConfigDescription
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
 
 from rosslt import srv
+from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.owner import Owner
-from rosslt.node.json_scalars import Value
 from rosslt.node.locations.location import Location
 from rosslt.node.reconfigure.configuration import Configuration
 
@@ -57,7 +57,7 @@ class Server(rospy.SubscribeListener):
         if self._is_ready and (self._descriptions.get_num_connections() or self._updates.get_num_connections()):
             self._background.call_soon(self._publish, PERIOD)
 
-    def peer_subscribe(self, _topic_name: str, _topic_publish: Any, _peer_publish: Any) -> None:
+    def peer_subscribe(self, _topic_name: str, _topic_publish: object, _peer_publish: object) -> None:
         """Somebody has subscribed: rospy calls this."""
         self._is_asked = True
         if self._is_ready:
@@ -93,7 +93,7 @@ class Server(rospy.SubscribeListener):
             raise rospy.ServiceException('; '.join(reasons))
         return ReconfigureResponse(self._configuration().values())
 
-    def _change(self, wanted: Dict[Location, Value], client: str) -> List[str]:
+    def _change(self, wanted: Dict[Location, Scalar], client: str) -> List[str]:
         """Request changes of locations; returns the reasons of refusals, none where all are applied."""
         what, now = (client, set(wanted)), time.monotonic()
         last, at, request_id = self._drag

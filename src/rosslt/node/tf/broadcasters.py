@@ -49,6 +49,6 @@ class StaticTransformBroadcaster(tf2_ros.StaticTransformBroadcaster):
         self.pub_tf = Publisher('/tf_static', TFMessage, queue_size=100, latch=True)
 
 
-def _stamped(translation: Any, rotation: Any, time: Any, child: str, parent: str) -> TransformStamped:
+def _stamped(translation: object, rotation: object, time: object, child: str, parent: str) -> TransformStamped:
     transform = Transform(Vector3(*translation), Quaternion(*rotation))
     return TransformStamped(Header(stamp=time, frame_id=parent), child, transform)

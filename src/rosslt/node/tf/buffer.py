@@ -36,12 +36,12 @@ class Buffer(tf2_ros.Buffer):
         self._forget()
         super().__init__(cache_time, debug)
 
-    def set_transform(self, transform: Any, authority: str) -> None:
+    def set_transform(self, transform: messages.Message, authority: str) -> None:
         """Override `tf2_ros.Buffer.set_transform`; the numbers of the transform may be tracked."""
         super().set_transform(transform, authority)
         self._keep(transform, False)
 
-    def set_transform_static(self, transform: Any, authority: str) -> None:
+    def set_transform_static(self, transform: messages.Message, authority: str) -> None:
         """Override `tf2_ros.Buffer.set_transform_static`; the numbers of the transform may be tracked."""
         super().set_transform_static(transform, authority)
         self._keep(transform, True)
@@ -52,7 +52,7 @@ class Buffer(tf2_ros.Buffer):
         with self._frames_lock:
             self._forget()
 
-    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: object) -> messages.Message:
         """Override `tf2_ros.Buffer.lookup_transform_core`; the result keeps provenance."""
         found = super().lookup_transform_core(target_frame, source_frame, time)
         if self._samples:
@@ -60,7 +60,7 @@ class Buffer(tf2_ros.Buffer):
         return found
 
     def lookup_transform_full_core(
-        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+        self, target_frame: str, target_time: object, source_frame: str, source_time: object, fixed_frame: str
     ) -> Any:
         """Override `tf2_ros.Buffer.lookup_transform_full_core`; the result keeps provenance."""
         found = super().lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
@@ -76,7 +76,7 @@ class Buffer(tf2_ros.Buffer):
         # Only for frames with provenance: without them, lookups cost almost nothing extra.
         self._samples: Dict[str, Union[StaticSamples, MovingSamples]] = {}
 
-    def _keep(self, transform: Any, is_static: bool) -> None:
+    def _keep(self, transform: messages.Message, is_static: bool) -> None:
         """Take note of a transform: of its frames, and of its numbers from the first time on that they are tracked."""
         child, parent = _without_slash(transform.child_frame_id), _without_slash(transform.header.frame_id)
         with self._frames_lock:
@@ -91,7 +91,7 @@ class Buffer(tf2_ros.Buffer):
                 self._samples[child] = samples
             samples.add(_nanoseconds(transform.header.stamp), Sample(parent, motion_of(transform.transform)))
 
-    def _motion(self, target: str, source: str, stamp: Any) -> Optional[Motion]:
+    def _motion(self, target: str, source: str, stamp: object) -> Optional[Motion]:
         """Compute the motion that takes points from the source frame to the target frame, with provenance.
 
         Returns:
@@ -132,7 +132,7 @@ class Buffer(tf2_ros.Buffer):
             frames.append(self._parents[frames[-1]])
         return frames
 
-    def _sample(self, child: str, parent: str, stamp: Any) -> Optional[Motion]:
+    def _sample(self, child: str, parent: str, stamp: object) -> Optional[Motion]:
         """Return the tracked pose of a frame in its parent at a time; None where it is plain or unknown."""
         samples = self._samples.get(child)
         sample = samples.at(_nanoseconds(stamp)) if samples else None
@@ -147,7 +147,7 @@ def _to_common(up: List[str], down: List[str]) -> Tuple[List[str], List[str]]:
     return up[: up.index(common) + 1], down[: down.index(common) + 1]
 
 
-def _attach(transform: Any, motion: Optional[Motion]) -> None:
+def _attach(transform: messages.Message, motion: Optional[Motion]) -> None:
     """Replace plain numbers by equal tracked ones; none is replaced if one of them differs."""
     if motion is None:
         return

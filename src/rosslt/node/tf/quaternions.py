@@ -8,7 +8,6 @@ import functools
 import operator
 from typing import Any, Sequence, Tuple
 
-from rosslt.messages import Scalar
 from rosslt.values import MATH, is_tracked
 
 Numbers = Tuple[Any, ...]
@@ -27,7 +26,7 @@ def quaternion_from_euler(roll: float, pitch: float, yaw: float) -> Numbers:
     )
 
 
-def euler_from_quaternion(quaternion: Any) -> Numbers:
+def euler_from_quaternion(quaternion: object) -> Numbers:
     """(roll, pitch, yaw) around the fixed axes x, then y, then z; any length of the quaternion will do."""
     (xx, _, _), (yx, yy, yz), (zx, zy, zz) = rotation_matrix(quaternion)
     level = _hypot(xx, yx)
@@ -36,7 +35,7 @@ def euler_from_quaternion(quaternion: Any) -> Numbers:
     return _atan2(-yz, yy), _atan2(-zx, level), 0.0
 
 
-def quaternion_about_axis(angle: float, axis: Any) -> Numbers:
+def quaternion_about_axis(angle: float, axis: object) -> Numbers:
     """The quaternion of a rotation by an angle around an axis, a sequence or message of any length but zero."""
     axis = _xyz(axis)
     length = _hypot(*axis)
@@ -44,7 +43,7 @@ def quaternion_about_axis(angle: float, axis: Any) -> Numbers:
     return (*(products((sine, part / length)) for part in axis), _cos(angle / 2))
 
 
-def quaternion_multiply(second: Any, first: Scalar) -> Numbers:
+def quaternion_multiply(second: object, first: object) -> Numbers:
     """The rotation `first`, and then `second`."""
     (x2, y2, z2, w2), (x1, y1, z1, w1) = _xyzw(second), _xyzw(first)
     return (
@@ -55,19 +54,19 @@ def quaternion_multiply(second: Any, first: Scalar) -> Numbers:
     )
 
 
-def quaternion_conjugate(quaternion: Any) -> Numbers:
+def quaternion_conjugate(quaternion: object) -> Numbers:
     """The rotation back, of a quaternion of length 1."""
     x, y, z, w = _xyzw(quaternion)
     return -x, -y, -z, w
 
 
-def quaternion_inverse(quaternion: Any) -> Numbers:
+def quaternion_inverse(quaternion: object) -> Numbers:
     """The rotation back, of a quaternion of any length but zero."""
     square = sum(part * part for part in _xyzw(quaternion))
     return tuple(part / square for part in quaternion_conjugate(quaternion))
 
 
-def rotated(vector: Any, quaternion: Any) -> Numbers:
+def rotated(vector: object, quaternion: object) -> Numbers:
     """A vector, given as a sequence or message with x, y and z, turned by a quaternion of length 1: a tuple."""
     vector = _xyz(vector)
     return tuple(products(*zip(row, vector)) for row in rotation_matrix(quaternion))
@@ -79,7 +78,7 @@ def products(*pairs: Any) -> Any:
     return functools.reduce(operator.add, counting) if counting else 0.0
 
 
-def _is_zero(number: Any) -> bool:
+def _is_zero(number: object) -> bool:
     return number == 0 and not is_tracked(number)
 
 
@@ -91,7 +90,7 @@ def _xyz(vector: Any) -> Sequence[Any]:
     return (vector.x, vector.y, vector.z) if hasattr(vector, 'z') else vector
 
 
-def rotation_matrix(quaternion: Any) -> Tuple[Numbers, Numbers, Numbers]:
+def rotation_matrix(quaternion: object) -> Tuple[Numbers, Numbers, Numbers]:
     """The rows of the rotation matrix of a quaternion of length 1, as KDL has them."""
     x, y, z, w = _xyzw(quaternion)
     return (

@@ -3,6 +3,7 @@
 import bisect
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
+from rosslt.messages import Message
 from rosslt.node.tf.quaternions import Numbers, products, quaternion_conjugate, quaternion_multiply, rotated
 from rosslt.values import MATH, is_tracked, sources, to_float, untracked
 
@@ -31,13 +32,13 @@ class Motion(NamedTuple):
         return Motion(tuple([-part for part in rotated(self.translation, back)]), back)
 
 
-def motion_of(transform: Any) -> Motion:
+def motion_of(transform: Message) -> Motion:
     """The Motion of a geometry_msgs/Transform; ints become floats, as in tf2."""
     moved, turned = transform.translation, transform.rotation
     return Motion(_floats(moved.x, moved.y, moved.z), _floats(turned.x, turned.y, turned.z, turned.w))
 
 
-def _floats(*numbers: Any) -> Numbers:
+def _floats(*numbers: object) -> Numbers:
     return tuple([to_float(number) if isinstance(number, int) else number for number in numbers])
 
 
@@ -117,7 +118,7 @@ def _mean(older: Any, newer: Any, ratio: float) -> Any:
     return newer if _is_same(older, newer) else (1 - ratio) * older + ratio * newer
 
 
-def _is_same(older: Any, newer: Any) -> bool:
+def _is_same(older: object, newer: object) -> bool:
     """Return whether two numbers are equal and have the same sources, so that they need no interpolation."""
     return older == newer and sources(older) == sources(newer)
 
@@ -139,13 +140,13 @@ def _slerp(older: Numbers, newer: Numbers, ratio: float) -> Numbers:
     return tuple([products((first, a), (second, b)) for a, b in zip(older, newer)])
 
 
-def _angle(older: Sequence[Any], newer: Sequence[Any]) -> Any:
+def _angle(older: Sequence[object], newer: Sequence[object]) -> Any:
     """The angle between two rotations as directions in four dimensions, in radians."""
     cosine = _dot(older, newer) / MATH['sqrt'](_dot(older, older) * _dot(newer, newer))
     return MATH['acos'](cosine) if cosine < 1 else 0.0
 
 
-def _dot(first: Sequence[Any], second: Sequence[Any]) -> Any:
+def _dot(first: Sequence[object], second: Sequence[object]) -> Any:
     return products(*zip(first, second))
 
 

@@ -20,21 +20,21 @@ with contextlib.suppress(ImportError):
     import tf2_geometry_msgs  # noqa: F401
 
 
-def do_transform_point(point: Any, transform: Any) -> Any:
+def do_transform_point(point: Message, transform: Message) -> Message:
     """A PointStamped in the frame that a TransformStamped leads to."""
     result = PointStamped(header=transform.header)
     _place(result.point, point.point, transform.transform)
     return result
 
 
-def do_transform_vector3(vector3: Any, transform: Any) -> Any:
+def do_transform_vector3(vector3: Message, transform: Message) -> Message:
     """A Vector3Stamped in the frame that a TransformStamped leads to: a direction, which no translation moves."""
     result = Vector3Stamped(header=transform.header)
     _turn(result.vector, vector3.vector, transform.transform)
     return result
 
 
-def do_transform_pose(pose: Any, transform: Any) -> Any:
+def do_transform_pose(pose: Message, transform: Message) -> Message:
     """A PoseStamped in the frame that a TransformStamped leads to.
 
     The orientation has the sign that tf2_geometry_msgs gives it.
@@ -48,7 +48,7 @@ def do_transform_pose(pose: Any, transform: Any) -> Any:
     return result
 
 
-def do_transform_wrench(wrench: Any, transform: Any) -> Any:
+def do_transform_wrench(wrench: Message, transform: Message) -> Message:
     """A WrenchStamped in the frame that a TransformStamped leads to: its vectors turned."""
     result = WrenchStamped(header=transform.header)
     _turn(result.wrench.force, wrench.wrench.force, transform.transform)
@@ -56,11 +56,11 @@ def do_transform_wrench(wrench: Any, transform: Any) -> Any:
     return result
 
 
-def _turn(result: Message, vector: Any, transform: Any) -> None:
+def _turn(result: Message, vector: object, transform: Message) -> None:
     result.x, result.y, result.z = rotated(vector, transform.rotation)
 
 
-def _place(result: Message, point: Any, transform: Any) -> None:
+def _place(result: Message, point: Message, transform: Message) -> None:
     turned, by = Vector3(), transform.translation
     _turn(turned, point, transform)
     result.x, result.y, result.z = turned.x + by.x, turned.y + by.y, turned.z + by.z

@@ -3,7 +3,7 @@
 import contextlib
 import queue
 import time
-from typing import Iterator, NamedTuple, Optional
+from typing import Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Set, Tuple
 
 import genpy.message
 import rosgraph
@@ -11,6 +11,7 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.messages import Message
+from rosslt.node.rospy_internals import connected_publishers
 from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
 from rosslt.node.topics.serialization import is_sampled
 from rosslt.node.topics.topics import Subscriber
@@ -32,12 +33,61 @@ class Heard(NamedTuple):
     """True for a message that was sent plain between whole ones, although a leaf of it is tracked."""
 
 
+class TopicReader:
+    """Reads topics whatever their types, for a node that may have other subscribers of them.
+
+    Args:
+        take: called with each message.
+        is_exact: leave out messages between whole ones, instead of completing them from the last whole one.
+
+    Attributes:
+        left_out: the number of messages that were left out.
+    """
+
+    def __init__(self, take: Callable[[Heard], None], is_exact: bool = False) -> None:
+        self._heard, self._is_exact = take, is_exact
+        self.left_out = 0
+        self._last = messages.LastProvenance()
+        self._subscribers: Dict[str, Tuple[str, Subscriber]] = {}  # topic -> (its type, the subscriber)
+
+    def follow(self, types: Mapping[str, str]) -> None:
+        """Read these topics, {topic: type}, and no others; those whose types are not installed here are left out."""
+        for topic, (type_, subscriber) in list(self._subscribers.items()):
+            if types.get(topic) != type_:
+                del self._subscribers[topic]
+                subscriber.unregister()
+        with contextlib.ExitStack() as each:  # an error of one is raised after all others
+            for topic in types.keys() - self._subscribers.keys():
+                each.callback(self._subscribe, topic, types[topic])
+
+    def publishers(self) -> Dict[str, Set[str]]:
+        """{topic: the nodes that are connected} of all topics that are read."""
+        # A node that crashed stays in the master's list: who is connected tells who is there.
+        return {topic: connected_publishers(subscriber) for topic, (_, subscriber) in self._subscribers.items()}
+
+    def _subscribe(self, topic: str, type_: str) -> None:
+        # a topic whose type nobody has told yet has the type *
+        message_class = genpy.message.get_message_class(type_) if '/' in type_ else None
+        if message_class:
+            self._subscribers[topic] = type_, Subscriber(topic, message_class, self._take, topic)
+
+    def _take(self, message: Message, topic: str) -> None:
+        header, sampled = message._connection_header or {}, is_sampled(message)
+        if sampled and self._is_exact:
+            self.left_out += 1
+            return
+        publisher, type_ = header.get('callerid', ''), header.get('type', message._type)
+        if not self._is_exact:
+            message = self._last.completed(message, sampled, (topic, publisher))
+        self._heard(Heard(topic, publisher, type_, message, header.get('latching') == '1', sampled))
+
+
 class Listener:
-    """The messages of topics as they come, for a node that may have other subscribers of them.
+    """The messages of topics as they come, for who waits for them.
 
     Args:
         topics: their full names.
-        is_exact: leave out messages between whole ones, instead of completing them from the last whole one.
+        is_exact: as of `TopicReader`.
 
     Raises:
         rospy.ROSException: nobody publishes one of them.
@@ -45,31 +95,16 @@ class Listener:
     """
 
     def __init__(self, *topics: str, is_exact: bool = False) -> None:
-        self._topics, self._is_exact = topics, is_exact
-        self._left_out = 0
+        self._topics = topics
         self._queue: queue.Queue[Heard] = queue.Queue()
-        self._last = messages.LastProvenance()
+        self._reader = TopicReader(self._queue.put, is_exact)
         types = dict(rosgraph.Master(rospy.get_name()).getPublishedTopics('/'))
         for topic in topics:
             if topic not in types:
                 raise rospy.ROSException(f'nobody publishes {topic}')
-        classes = {topic: genpy.message.get_message_class(types[topic]) for topic in topics}
-        if topics and not any(classes.values()):
+        self._reader.follow({topic: types[topic] for topic in topics})
+        if topics and not self._reader.publishers():
             raise messages.UnknownType(f'{topics[0]} has the type {types[topics[0]]}, which is not installed here')
-        self._subscribers = [
-            Subscriber(topic, message_class, self._take, topic)
-            for topic, message_class in classes.items()
-            if message_class
-        ]
-
-    def _take(self, message: Message, topic: str) -> None:
-        header, sampled = message._connection_header or {}, is_sampled(message)
-        if sampled and self._is_exact:
-            self._left_out += 1
-            return
-        publisher, type_ = header.get('callerid', ''), header.get('type', message._type)
-        message = self._last.completed(message, sampled, (topic, publisher))
-        self._queue.put(Heard(topic, publisher, type_, message, header.get('latching') == '1', sampled))
 
     def during(self, seconds: float) -> Iterator[Heard]:
         """The messages of that time, as they come."""
@@ -121,9 +156,11 @@ class Listener:
     def why_nothing(self, timeout: float) -> str:
         """Why none of the messages of the first topic that came within a timeout, in seconds, was taken."""
         topic = self._topics[0]
-        if not self._left_out:
+        if not self._reader.left_out:
             return f'no message on {topic} within {timeout:g} s'
-        return f'no message with provenance on {topic} within {timeout:g} s: {self._left_out} came without theirs'
+        return (
+            f'no message with provenance on {topic} within {timeout:g} s: {self._reader.left_out} came without theirs'
+        )
 
     def clear(self) -> None:
         """Drop messages that have arrived and were not read."""
@@ -135,5 +172,4 @@ class Listener:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for subscriber in self._subscribers:
-            subscriber.unregister()
+        self._reader.follow({})

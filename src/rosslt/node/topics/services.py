@@ -21,12 +21,12 @@ class Service(rospy.Service):
     """
 
     def __init__(
-        self, name: str, service_class: MessageClass, handler: Callable[[Any], Any], *args: Any, **kwargs: Any
+        self, name: str, service_class: MessageClass, handler: Callable[[Message], Message], *args: Any, **kwargs: Any
     ) -> None:
         with_provenance = serializer(service_class._response_class)
 
         @functools.wraps(handler)
-        def answer(request: Message) -> Any:
+        def answer(request: Message) -> Message:
             self._begin_request()
             return with_provenance(convert_return_to_response(handler(request), service_class._response_class))
 
@@ -49,7 +49,7 @@ class ServiceProxy(rospy.ServiceProxy):
         self._plain_request_class = service_class._request_class
         self._with_provenance = serializer(service_class._request_class)
 
-    def call(self, *args: Any, **kwds: Any) -> Any:
+    def call(self, *args: object, **kwds: object) -> Message:
         """Call the service, as `rospy.ServiceProxy.call` does."""
         request = args_kwds_to_message(self._plain_request_class, args, kwds)
         return super().call(self._with_provenance(request))

@@ -72,15 +72,15 @@ class Publisher(rospy.Publisher):
         self._plain_class = messages.plain_type(data_class) if wraps else data_class
         self._sampled = messages.SampledProvenance(lambda: Sending.rate)
         self._is_always_whole = data_class._type.endswith(_OF_ACTIONS)
-        self._serializable: Callable[[Any], Any] = (
+        self._serializable: Callable[[Message], Message] = (
             self._wrapped if wraps else serializer(data_class, self._provenance, lambda: self._is_recorded)
         )
-        self._latched: Optional[Tuple[Message, Any]] = None  # the last message, and what rospy has of it
+        self._latched: Optional[Tuple[Message, Message]] = None  # the last message, and what rospy has of it
         if subscriber_listener is not None:
             whole = functools.partial(self._wrapped, provenance=whole_provenance)
             in_full = whole if wraps else serializer(data_class)
             subscriber_listener = _Listener(
-                subscriber_listener, lambda message: message if _has_its_provenance(message) else in_full(message)
+                subscriber_listener, lambda message: message if has_its_provenance(message) else in_full(message)
             )
         if kwargs.get('queue_size') is not None or len(args) > _PLACE_OF_QUEUE_SIZE:
             super().__init__(name, data_class, subscriber_listener, *args, **kwargs)
@@ -110,14 +110,14 @@ class Publisher(rospy.Publisher):
             return whole_provenance(message)
         return self._sampled.to_send(message, Sending.full_history, self._last_asked)
 
-    def publish(self, *args: Any, **kwds: Any) -> None:
+    def publish(self, *args: object, **kwds: object) -> None:
         """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
         tracked."""
         only = args[0] if len(args) == 1 and not kwds else None
         if type(only) is self._plain_class:
             message, outgoing = only, self._serializable(only)
         else:
-            expected = self.data_class if _has_its_provenance(only) else self._plain_class
+            expected = self.data_class if has_its_provenance(only) else self._plain_class
             message = args_kwds_to_message(expected, args, kwds)
             outgoing = self._outgoing(message)
         impl = self.impl
@@ -161,24 +161,24 @@ class Publisher(rospy.Publisher):
                 self._latched = message, outgoing
                 impl.publish(outgoing)
 
-    def _outgoing(self, message: Message) -> Any:
+    def _outgoing(self, message: Message) -> Message:
         """Return the object that rospy serializes for a message."""
-        return message if _has_its_provenance(message) else self._serializable(message)
+        return message if has_its_provenance(message) else self._serializable(message)
 
-    def _wrapped(self, message: Message, provenance: Optional[Provenance] = None) -> Any:
+    def _wrapped(self, message: Message, provenance: Optional[Provenance] = None) -> Message:
         return messages.wrap(message, self.data_class, (provenance or self._provenance)(message))
 
 
-def _plain_options(args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> Tuple[Tuple[Any, ...], Dict[str, Any]]:
+def _plain_options(args: Tuple[object, ...], kwargs: Dict[str, object]) -> Tuple[Tuple[Any, ...], Dict[str, Any]]:
     """Options as rospy takes them: a size may come from a parameter, and rospy asks for the exact type."""
 
-    def plain(option: Any) -> Any:
+    def plain(option: object) -> Any:
         return values.untracked(option) if type(option) in values.TRACKED_CLASSES else option
 
     return tuple(map(plain, args)), {name: plain(option) for name, option in kwargs.items()}
 
 
-def _has_its_provenance(message: Message) -> bool:
+def has_its_provenance(message: Message) -> bool:
     """Return whether a message is sent unchanged.
 
     This holds for tracked types, for received bytes, and for a class instead of a message, which rospy reports.
@@ -190,12 +190,12 @@ class _Listener(rospy.SubscribeListener):
     """A listener for a publisher's peers, what it publishes to them with provenance, and each time with all of it: it
     may be for one of them only."""
 
-    def __init__(self, listener: rospy.SubscribeListener, outgoing: Callable[[Any], Any]) -> None:
+    def __init__(self, listener: rospy.SubscribeListener, outgoing: Callable[[Message], Message]) -> None:
         self._listener = listener
         self._outgoing = outgoing
 
     def peer_subscribe(
-        self, topic_name: str, topic_publish: Callable[[Any], Any], peer_publish: Callable[[Any], Any]
+        self, topic_name: str, topic_publish: Callable[[Message], Message], peer_publish: Callable[[Message], Message]
     ) -> None:
         self._listener.peer_subscribe(
             topic_name,
@@ -244,7 +244,7 @@ class Subscriber(rospy.Subscriber):
         this_thread = ThisThread()
 
         @functools.wraps(callback)
-        def unwrapped(tracked_message: Message, *callback_args: Any) -> None:
+        def unwrapped(tracked_message: Message, *callback_args: object) -> None:
             message, found = messages.read_tracked(tracked_message)
             header = tracked_message._connection_header
             this_thread.input.take(message, found)
@@ -256,14 +256,14 @@ class Subscriber(rospy.Subscriber):
 
 def _leaving_out_sampled(callback: Callable[..., Any]) -> Callable[..., None]:
     @functools.wraps(callback)
-    def without_sampled(message: Message, *callback_args: Any) -> None:
+    def without_sampled(message: Message, *callback_args: object) -> None:
         if not is_sampled(message):
             callback(message, *callback_args)
 
     return without_sampled
 
 
-def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[float] = None) -> Any:
+def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[float] = None) -> Message:
     """`rospy.wait_for_message`, with provenance: the next message on a topic. A message between whole ones is taken if
     no whole one comes within a second.
 
@@ -276,8 +276,8 @@ def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[flo
         rospy.ROSInterruptException: this node is being shut down.
     """
     arrived = threading.Event()
-    whole: List[Any] = []
-    sampled: List[Tuple[float, Any]] = []  # with the times of their arrival
+    whole: List[Message] = []
+    sampled: List[Tuple[float, Message]] = []  # with the times of their arrival
 
     def take(message: Message) -> None:
         if is_sampled(message):

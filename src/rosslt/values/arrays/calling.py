@@ -245,8 +245,9 @@ def _written(out: Sequence[Any], made: Sequence[Any], chosen: Any = ...) -> Tupl
 _TARGETS = ('dst', 'a', 'arr')
 """The names of the first arguments of NumPy's functions that return nothing: they write to these."""
 
-_RECEPTIVE = {numpy.zeros_like, numpy.ones_like, numpy.empty_like}
-
+RECEPTIVE = {numpy.identity, numpy.eye}
+RECEPTIVE |= {getattr(numpy, name + like) for name in ('zeros', 'ones', 'empty') for like in ('', '_like')}
+"""What they make is there to be written to."""
 
 LOST: List[Callable[[Any, Any], None]] = []
 """Are called with a plain result, and with the arguments that had provenance."""
@@ -269,7 +270,7 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
                 )
             )
         return None
-    if function in _RECEPTIVE:
+    if function in RECEPTIVE:
         return receptive(result)
     target = None
     out = plain_named.get('out')

@@ -10,7 +10,7 @@ from typing import Any, Callable, Dict, Tuple
 import numpy
 
 from ..recording import spend
-from .calling import call, compute
+from .calling import RECEPTIVE, call, compute
 from .graph import OF_ARRAY
 from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, plain, receptive, with_node
 
@@ -74,7 +74,7 @@ def _making_array(original: Any) -> Any:
 
 
 def _making_receptive(original: Any) -> Any:
-    """`numpy.zeros` and its like: what they make is there to be written to."""
+    """One of RECEPTIVE."""
 
     @functools.wraps(original, updated=())
     def empty(*arguments: Argument, **options: Argument) -> Any:
@@ -113,13 +113,11 @@ def replacements(module: types.ModuleType) -> Dict[str, Any]:
         if not name.startswith('_') and isinstance(function, (types.FunctionType, types.BuiltinFunctionType)):
             found[name] = noticing(function)
     if module is numpy:
-        for make, names in (
-            (_making_array, 'array asarray asanyarray asfarray ascontiguousarray'),
-            (_making_receptive, 'zeros ones empty identity eye zeros_like ones_like empty_like'),
-        ):
-            for name in names.split():
-                if name in found:  # not every NumPy has all of them
-                    found[name] = builtin_like(getattr(numpy, name), make(getattr(numpy, name)))
+        for name in ['array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray']:
+            if name in found:  # not every NumPy has all of them
+                found[name] = builtin_like(getattr(numpy, name), _making_array(getattr(numpy, name)))
+        for function in RECEPTIVE:
+            found[function.__name__] = builtin_like(function, _making_receptive(function))
     return found
 
 

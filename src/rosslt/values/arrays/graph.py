@@ -26,7 +26,7 @@ from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
 from ..tree import is_tracked
-from .numbers import PYTHON_NUMBERS, plain_number, python_number, rounding_of
+from .numbers import BINARY, PYTHON_NUMBERS, plain_number, python_number, rounding_of
 
 MAX_SIZE = LIMIT
 """The size of a graph past which an array is plain: it is a state that feeds on itself."""
@@ -411,7 +411,7 @@ EXACT: Dict[str, Callable[..., Any]] = {name: _by_row(row) for name, row in BY_U
 EXACT.update(multiply=product, square=lambda a: a * a, positive=lambda a: a, conjugate=lambda a: a)
 """The ufuncs that the table of operations knows, as functions of numbers."""
 
-for _name in ('add', 'mul', 'sub', 'truediv', 'floordiv', 'mod', 'pow'):
+for _name in BINARY:
     _function: Any = product if _name == 'mul' else getattr(operator, _name)
     setattr(Symbol, '__%s__' % _name, _symbolic(_function))
     setattr(Symbol, '__r%s__' % _name, _symbolic(lambda a, b, _function=_function: _function(b, a)))

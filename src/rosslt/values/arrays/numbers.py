@@ -11,6 +11,8 @@ from typing import Any, Callable, Dict
 import numpy
 
 from ..functions import to_float, to_int
+from ..operations.table import POWER
+from ..operators import FAST
 from ..recording import OF_PYTHON, spend
 from ..tracked import CLASSES as PYTHON_CLASSES
 from ..tracked import TRACKED, add_class, lazy
@@ -132,15 +134,8 @@ def plain_number(x: Number) -> Number:
     return x.plain if kind in NUMPY_NUMBERS else x._plain if kind in TRACKED else x
 
 
-_BINARY = {
-    'add': numpy.add,
-    'sub': numpy.subtract,
-    'mul': numpy.multiply,
-    'truediv': numpy.true_divide,
-    'floordiv': numpy.floor_divide,
-    'mod': numpy.remainder,
-    'pow': numpy.power,
-}
+BINARY = {name: getattr(numpy, row.numpy[0]) for name, row in {**FAST, 'pow': POWER}.items()}
+"""The ufuncs of Python's operators."""
 
 
 def _give_operators(kind: Any, name: str, ufunc: Any, compute: Callable[..., Any], arrays: Any) -> None:
@@ -214,7 +209,7 @@ def complete(compute: Callable[..., Any], arrays: Any, array_ufunc: Callable[...
         array_ufunc: the method of that protocol.
     """
     for kind, cls in CLASSES.items():
-        for name, ufunc in _BINARY.items():
+        for name, ufunc in BINARY.items():
             _give_operators(kind, name, ufunc, compute, arrays)
         for name, of_tracked in (('__neg__', operator.neg), ('__pos__', _itself), ('__abs__', abs)):
             _give_unary(kind, name, of_tracked)
