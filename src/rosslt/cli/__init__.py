@@ -34,7 +34,7 @@ def main(arguments: Optional[Sequence[str]] = None, version: str = '') -> int:
         version: of the package.
 
     Returns:
-        The exit code: 0, 1 where it did not work (the reason is on standard error), 2 where it was not understood.
+        The exit code: 0, 1 if it did not work (the reason is on standard error), 2 if it was not understood.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if not arguments:

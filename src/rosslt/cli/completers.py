@@ -88,7 +88,7 @@ def _slots(type_: str) -> List[Tuple[str, str]]:
 
 
 def _as_typed(names: List[str], word: str) -> List[str]:
-    """Full names, or names in the own namespace where the word does not begin with /."""
+    """Full names, or names in the own namespace if the word does not begin with /."""
     if not word or word.startswith('/'):
         return names
     return [name[len(_namespace()) :] for name in names if name.startswith(_namespace())]

@@ -60,7 +60,7 @@ def _parsed(arguments: Sequence[verb.Argument], words: Sequence[str]) -> Tuple[O
 
 
 def _at(arguments: Sequence[verb.Argument], position: int) -> Optional[verb.Argument]:
-    """The positional argument at a position, None where there are not so many."""
+    """The positional argument at a position, None if there are not so many."""
     positional = [argument for argument in arguments if not argument.is_option]
     if position < len(positional):
         return positional[position]

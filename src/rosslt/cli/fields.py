@@ -50,7 +50,7 @@ def conditions(text: str) -> Dict[str, str]:
 
 
 def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[str]:
-    """The path of a field in that thing of a message that meets conditions; None where the message is about others.
+    """The path of a field in that thing of a message that meets conditions; None if the message is about others.
 
     A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
     condition is about a list of names, the element of the field at the same index: `name=elbow` of a JointState.

@@ -17,7 +17,7 @@ TIMEOUT = 2.0
 #: At which service a tracked node lists its locations.
 LIST_SERVICE = '/rosslt/list_locations'
 
-#: The exceptions of asking a master, or a node, where nothing, or something else, answers at its address.
+#: The exceptions of asking a master, or a node, if nothing, or something else, answers at its address.
 NO_ANSWER = (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException, ValueError)
 
 

@@ -55,7 +55,7 @@ def _yaml_rows(part: Message, depth: int, label: str = '') -> Iterator[Tuple[int
 
 
 def write_lines(part: Message, path: str = '') -> None:
-    """Print a line for each scalar: its path, its value, its provenance (empty where it has none)."""
+    """Print a line for each scalar: its path, its value, its provenance (empty if it has none)."""
     for leaf_path, leaf in values.leaves(part):
         write_row(joined(path, leaf_path), text_of(leaf), values.explain(leaf) if _has_provenance(leaf) else '')
 

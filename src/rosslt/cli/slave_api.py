@@ -12,7 +12,7 @@ from rosslt.cli.master import NO_ANSWER, TIMEOUT, default_timeout
 
 
 class About(NamedTuple):
-    """A node, as it describes itself; all is empty where it does not answer."""
+    """A node, as it describes itself; all is empty if it does not answer."""
 
     server: str = ''
     """What its XML-RPC server calls itself: rospy's names Python, that of roscpp XMLRPC++."""
@@ -23,12 +23,12 @@ class About(NamedTuple):
 
     @property
     def is_python(self) -> bool:
-        """True where it is known to be a Python program."""
+        """True if it is known to be a Python program."""
         return 'Python' in self.server
 
     @property
     def is_other(self) -> bool:
-        """True where it is known to be none."""
+        """True if it is known to be none."""
         return bool(self.server) and not self.is_python
 
 

@@ -24,7 +24,7 @@ class Argument:
 
     Args:
         names: the names of an option, or the name of a positional argument.
-        completer: the name of the function in `completers` that offers words for it; '' where there is none.
+        completer: the name of the function in `completers` that offers words for it; '' if there is none.
         exclusive: True for an argument that excludes the verb's other exclusive arguments.
         options: further arguments of `argparse.ArgumentParser.add_argument`.
     """

@@ -54,7 +54,7 @@ class _Rewriter:
         self._decoder = bags.Decoder()
 
     def rewritten(self, name: str, topic: Topic, raw: bags.Raw, header: bags.Header) -> Optional[bytes]:
-        """The data of a message with the other source values; None where it has no value."""
+        """The data of a message with the other source values; None if it has no value."""
         data, message_class = raw[1], raw[-1]
         received = self._decoder.decode(name, raw, header)
         message = received.message

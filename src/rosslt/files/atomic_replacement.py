@@ -72,7 +72,7 @@ def holds(path: str, content: Optional[bytes]) -> bool:
 
 
 def _attempt(path: str) -> Optional[bytes]:
-    """`read_bytes`, or None where it raises."""
+    """`read_bytes`, or None if it raises."""
     try:
         return read_bytes(path)
     except FileError:
@@ -89,7 +89,7 @@ def replace_bytes(path: str, expected: bytes, content: bytes) -> bool:
         content: the new one.
 
     Returns:
-        Whether it has been; False where the file holds another content than the expected one, and still does.
+        Whether it has been; False if the file holds another content than the expected one, and still does.
 
     Raises:
         FileError: the file cannot be written, or is read-only.
@@ -139,7 +139,7 @@ def overwrite(path: str, text: str) -> None:
 
 
 def _writable(path: str) -> os.stat_result:
-    """The status of a file; raises PermissionError where it is read-only, which does not keep root from writing it."""
+    """The status of a file; raises PermissionError if it is read-only, which does not keep root from writing it."""
     status = os.stat(path)
     if not status.st_mode & 0o222:
         raise PermissionError(errno.EACCES, 'it is read-only')
@@ -147,7 +147,7 @@ def _writable(path: str) -> os.stat_result:
 
 
 def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
-    """Replace the content of a file that keeps its inode; False where it holds another one than expected."""
+    """Replace the content of a file that keeps its inode; False if it holds another one than expected."""
     with open(target, 'r+b') as file:
         if file.read() != expected:
             return False
@@ -160,13 +160,13 @@ def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
 
 
 def _remove(other: str) -> None:
-    """Remove the other file; where that fails, the target is as it should be all the same."""
+    """Remove the other file; if that fails, the target is as it should be all the same."""
     with contextlib.suppress(OSError):  # or it has been renamed
         os.unlink(other)
 
 
 def _settle(directory: str) -> None:
-    """Have a replaced file survive a power cut, where the file system can do so."""
+    """Have a replaced file survive a power cut, if the file system can do so."""
     with contextlib.suppress(OSError):
         handle = os.open(directory, os.O_RDONLY)
         try:
@@ -216,7 +216,7 @@ def _put_back_newer(other: str, target: str, expected: bytes, placed: bytes) -> 
 
 
 def _exchange(first: str, second: str) -> bool:
-    """Exchange two files, atomically; False where the system cannot."""
+    """Exchange two files, atomically; False if the system cannot."""
     rename = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
     if rename is None:
         return False

@@ -10,7 +10,7 @@ class FileError(values.Error):
 
     Attributes:
         file: its path.
-        line, column: where, from 1; None where it concerns the file as a whole.
+        line, column: where, from 1; None if it concerns the file as a whole.
         reason: why.
     """
 

@@ -124,7 +124,7 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
 
 
 def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> int:
-    """The index of the event at which the <param> of a change begins; ValueError where it is not certain."""
+    """The index of the event at which the <param> of a change begins; ValueError if it is not certain."""
     tags = tags_in(events, 'param')
     found = [index for index in tags if events[index].attributes.get('name') == change.name]
     # Another one with that name may be the nth by now, or have the value that this one had.
@@ -136,7 +136,7 @@ def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> in
 
 
 def _read(change: ParamChange, text: str) -> object:
-    """The value of an attribute as roslaunch reads it; None where it does not."""
+    """The value of an attribute as roslaunch reads it; None if it does not."""
     try:
         return change.read(text)
     except ValueError:

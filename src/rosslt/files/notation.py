@@ -10,7 +10,7 @@ import yaml
 
 _NUMBER = re.compile(r'(?P<sign>[-+]?)[ \t]*(?P<whole>\d*)(?P<point>\.?)(?P<fraction>\d*)(?P<exponent>[eE][-+]?\d+)?')
 
-#: The maximal number of digits that are written out where an exponent would be shorter.
+#: The maximal number of digits that are written out if an exponent would be shorter.
 _LONGEST = 16
 
 #: The start of a Python text literal: its prefix and its quote.
@@ -75,7 +75,7 @@ def _python_text(text: str) -> Any:
 def in_manner_of(old: str, value: _Value) -> str:
     """Write a number in Python, in the notation of the number that it replaces.
 
-    `2.50` becomes `3.25` or `3.00`, `.5` becomes `.25`, `1e-3` becomes `2.5e-3`; where the manner cannot hold the value
+    `2.50` becomes `3.25` or `3.00`, `.5` becomes `.25`, `1e-3` becomes `2.5e-3`; if the manner cannot hold the value
     exactly, `repr` does.
 
     Args:
@@ -112,7 +112,7 @@ def notations(old: str, value: Scalar) -> Iterator[str]:
 
 
 def check_replaceable(file: str, old: str, present: object, said: Sequence[Scalar], value: Scalar) -> None:
-    """Raise ValueError where a value must not replace what a file says.
+    """Raise ValueError if a value must not replace what a file says.
 
     Args:
         file: where it stands.
@@ -145,7 +145,7 @@ def _python(text: str) -> _Value:
 
 
 def _says(read: _Value, value: _Value) -> bool:
-    # A whole number may be written as one where it stands for a float: `x = 3` after `x = 2`.
+    # A whole number may be written as one if it stands for a float: `x = 3` after `x = 2`.
     return float(read) == value and repr(float(read)) == repr(float(value))
 
 
@@ -167,7 +167,7 @@ def _candidates(old: 're.Match[str]', value: _Value) -> Iterator[str]:
 
 
 def _positional(old: 're.Match[str]', number: Decimal) -> str:
-    """A number without an exponent, with as many decimals as the old one, or more where it needs them."""
+    """A number without an exponent, with as many decimals as the old one, or more if it needs them."""
     whole, _, fraction = '{:f}'.format(number).partition('.')
     fraction = fraction.rstrip('0')
     if not fraction and not old['point']:

@@ -119,12 +119,12 @@ class SourceText:
     def argument_of_call(
         self, line: int, column: int, position: int, keyword: str, path: Sequence[str] = ()
     ) -> Optional[int]:
-        """The index of the literal that is an argument of the call that begins there; None where it is none.
+        """The index of the literal that is an argument of the call that begins there; None if it is none.
 
         Args:
             line, column: of the call; both count from 1.
             position, keyword: of the argument.
-            path: the indices and keys from the argument to a literal in it, where that is a list or a dict.
+            path: the indices and keys from the argument to a literal in it, if that is a list or a dict.
         """
         positions = Positions(self.text)
         if self._calls is None:
@@ -200,7 +200,7 @@ class SourceText:
 
     def _offset(self, place: int) -> int:
         """Convert a position in the text to an offset in the bytes of the content."""
-        # Where a byte order mark is skipped, encoding puts it back, also in front of no text.
+        # If a byte order mark is skipped, encoding puts it back, also in front of no text.
         return len(self.text[:place].encode(self._encoding))
 
 
@@ -246,7 +246,7 @@ class Followed(NamedTuple):
 def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), exactly: bool = False) -> Followed:
     """Follow the literals of a file that somebody has edited.
 
-    One is followed where that is certain: its line reads the same but for numbers, blanks and comments, and there are
+    One is followed if that is certain: its line reads the same but for numbers, blanks and comments, and there are
     as many such lines in its function as before, of which it is in the same one.
 
     Args:

@@ -84,7 +84,7 @@ def _count_uses(node: yaml.Node, uses: Counter) -> None:
 
 
 def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Counter] = None) -> yaml.Node:
-    """The scalar at a path; ValueError where there is none, or, with `uses`, where it is used more than once."""
+    """The scalar at a path; ValueError if there is none, or, with `uses`, if it is used more than once."""
     for step in path:
         found: List[yaml.Node] = []
         if isinstance(node, yaml.MappingNode):
@@ -102,7 +102,7 @@ def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Co
 
 
 def _constructed(node: yaml.Node) -> object:
-    """Read a scalar by its tag; None where it is no YAML that is read safely."""
+    """Read a scalar by its tag; None if it is no YAML that is read safely."""
     try:
         return yaml.SafeLoader('').construct_object(node, deep=True)
     except Exception:  # rosparam evaluates its angles, which raises whatever is wrong with them

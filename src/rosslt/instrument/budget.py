@@ -61,7 +61,7 @@ class Budget:
         values.limit_recording(self._refill)
 
     def begin_round(self) -> None:
-        """Record again, where it was stopped and the debt is paid."""
+        """Record again, if it was stopped and the debt is paid."""
         if self.stops % 2:
             self._account(0.0)
             if self._asked or not self._debt:

@@ -195,7 +195,7 @@ class Cells(list):
         return location.origin(value)
 
     def location(self, number: int) -> 'Optional[CellLocation]':
-        """The location of a cell, made known if it is not; None where there is no node."""
+        """The location of a cell, made known if it is not; None if there is no node."""
         found = self.locations.get(number)
         if self._is_plain or (found is not None and found.is_known):
             return found
@@ -222,7 +222,7 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
 
 
 def decide_shapes(leaves: Iterable[object]) -> None:
-    """Have what gives formulas their shape do without provenance from now on, where nothing is lost by that.
+    """Have what gives formulas their shape do without provenance from now on, if nothing is lost by that.
 
     That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
     shapes: of those that move it, the one that is changed most willingly.
@@ -251,7 +251,7 @@ def decide_shapes(leaves: Iterable[object]) -> None:
 
 class _Steps(Dict[int, Any]):
     """The plain numbers in cells that carry a state on, by the numbers of the cells. One that is read is known by name
-    from then on, where there is a node.
+    from then on, if there is a node.
 
     Args:
         cells: of the file.
@@ -302,7 +302,7 @@ class CellLocation(node.LiteralLocation):
             self._retype(float)
 
     def make_known(self) -> None:
-        """Have it listed and changed; its name is another one where that is taken."""
+        """Have it listed and changed; its name is another one if that is taken."""
         literal = self.cells.literals[self.number]
         for more in ((), (str(literal.line), str(literal.column)), (str(self.id),)):
             self.name = '_'.join((*_words(literal), *more))
@@ -323,7 +323,7 @@ class CellLocation(node.LiteralLocation):
             self.cells.steps[self.number] = plain(self.tracked)
 
     def reading_of(self, value: object) -> Any:
-        # The code reads the number as it says it: an int where the location takes fractions, too.
+        # The code reads the number as it says it: an int if the location takes fractions, too.
         (reading,) = values.lazy([self.literal if value == self.literal else value], [self.origin])
         return reading
 

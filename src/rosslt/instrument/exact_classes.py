@@ -42,7 +42,7 @@ def _with_plain_arguments(function: Callable[..., Any]) -> Any:
 
 
 def _else_plain(function: Callable[..., Any]) -> Any:
-    """A function of `marshal`, which gets its first argument without provenance where it would refuse it."""
+    """A function of `marshal`, which gets its first argument without provenance if it would refuse it."""
 
     @functools.wraps(function)
     def called(value: object, *arguments: object) -> Any:

@@ -67,7 +67,7 @@ _CONVERSIONS: Dict[int, Callable[..., Any]] = {}
 
 
 def convert_by(original: object, tracked: Callable[..., Any]) -> None:
-    """Have a class of NumPy's numbers, or a conversion of Python's own, keep provenance where it is called.
+    """Have a class of NumPy's numbers, or a conversion of Python's own, keep provenance if it is called.
 
     Args:
         original: the class.

@@ -40,7 +40,7 @@ def launch(
     Args:
         arguments: package and file, or the file; then `arg:=value`.
         markers: whether to start slt_visualization beside it.
-        only: names of the nodes to track, all where there is none.
+        only: names of the nodes to track, all if there is none.
         others: names of nodes to run as they are.
         screen: show the output of all nodes.
         rviz: whether to open RViz as well.

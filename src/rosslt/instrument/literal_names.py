@@ -95,7 +95,7 @@ def _assigned(statement: ast.stmt, words: List[str]) -> List[str]:
 
 
 def _target(target: ast.AST) -> List[str]:
-    """The words of `self.poses['left'].x`: `poses`, `left` and `x`; none where it is anything else."""
+    """The words of `self.poses['left'].x`: `poses`, `left` and `x`; none if it is anything else."""
     if isinstance(target, ast.Name):
         return [] if target.id == 'self' else [target.id]
     if isinstance(target, ast.Attribute):

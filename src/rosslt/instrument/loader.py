@@ -47,7 +47,7 @@ def cache_folder() -> str:
 
 
 def rewritten(path: str, content: bytes, named: str) -> Rewritten:
-    """A file, rewritten: from the cache where it was rewritten before.
+    """A file, rewritten: from the cache if it was rewritten before.
 
     Args:
         path, content, named: as of `rewrite`.
@@ -181,7 +181,7 @@ class OwnModules:
 
 
 class RewritingLoader(SourceFileLoader):
-    """Loads a module from its source, rewritten; as it is where it cannot be rewritten."""
+    """Loads a module from its source, rewritten; as it is if it cannot be rewritten."""
 
     _made: Optional[Rewritten] = None
 

@@ -126,7 +126,7 @@ class Judgement(NamedTuple):
         node: the expression, with a sign in front of the number.
         value: its number.
         rule: the row of the table that speaks for it.
-        name: what it is the value of (`speed`, `pose.x`), None where it is part of something else.
+        name: what it is the value of (`speed`, `pose.x`), None if it is part of something else.
     """
 
     node: ast.expr
@@ -141,7 +141,7 @@ def judge(tree: ast.Module, text_of: Callable[[ast.AST], str], states: Optional[
     Args:
         tree: of the program.
         text_of: the text of a node, as it is written.
-        states: those of the program, where they are known already.
+        states: those of the program, if they are known already.
     """
     judge_one = _Judge(tree, states or find_states(tree), text_of)
     for node, constant in _number_literals(tree):
@@ -226,7 +226,7 @@ class _Judge:
         return None, found or 'value'
 
     def _parameter(self, parent: ast.AST, field: str, value: ast.AST, is_whole: bool) -> Optional[str]:
-        """The parameter of which a literal is the default, where it is the value of something."""
+        """The parameter of which a literal is the default, if it is the value of something."""
         if field not in ('defaults', 'kw_defaults') or not isinstance(parent, ast.arguments):
             return None
         if not isinstance(value, (ast.Constant, ast.UnaryOp, ast.Tuple, ast.List)):

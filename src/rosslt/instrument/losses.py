@@ -79,7 +79,7 @@ class Losses:
                     kind.__float__ = _plain_float
 
     def end(self) -> None:
-        """Look no more, where nobody else does."""
+        """Look no more, if nobody else does."""
         with self._lock:
             self._watchers -= 1
             if not self._watchers:

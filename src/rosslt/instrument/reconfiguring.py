@@ -82,7 +82,7 @@ def tracked_server(original: Any, extract_params: Callable[[Any], Any]) -> Any:
 
 
 def _plain_type(kind: object) -> Any:
-    """The module that describes a configuration without provenance, which it has where it is the node's own."""
+    """The module that describes a configuration without provenance, which it has if it is the node's own."""
     own = {name: value for name, value in vars(kind).items() if not name.startswith('__')}
     if not any(values.is_tracked(leaf) for _, leaf in values.leaves(own)):
         return kind

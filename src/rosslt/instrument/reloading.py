@@ -37,7 +37,7 @@ def _begin() -> None:
 
 
 def watch(path: str) -> None:
-    """Watch a file that runs rewritten, where there is a node already."""
+    """Watch a file that runs rewritten, if there is a node already."""
     global _watch
     with _lock:
         if not _is_started or path in _watched:

@@ -35,7 +35,7 @@ LIBRARIES = (
     'tf2_ros.transform_broadcaster',
 )
 
-#: The makers of counterparts for modules that are loaded only where a node uses them: {name: function of the module}.
+#: The makers of counterparts for modules that are loaded only if a node uses them: {name: function of the module}.
 _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
 _kept = []  # what is known by its id must not go away
@@ -71,7 +71,7 @@ class Counterpart(types.ModuleType):
 
 
 def route(thing: object, origin: str = '') -> Any:
-    """Return the counterpart of an imported object, or the object itself where there is none.
+    """Return the counterpart of an imported object, or the object itself if there is none.
 
     Args:
         thing: what was imported.

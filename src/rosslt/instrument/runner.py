@@ -105,7 +105,7 @@ def _set_up() -> None:
 def _script(path: str) -> Tuple[str, Optional[bytes]]:
     """The Python file that a path stands for, and its content: a catkin workspace has relays to scripts elsewhere.
 
-    The content is None where it is no Python.
+    The content is None if it is no Python.
     """
     path = os.path.abspath(path) if sys.version_info >= (3, 9) else path
     with open(path, 'rb') as file:

@@ -1,7 +1,7 @@
 """The functions of `tf.transformations`, keeping provenance.
 
 They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It
-is used where an argument has provenance; everything else is left to the original.
+is used if an argument has provenance; everything else is left to the original.
 """
 
 import functools
@@ -47,7 +47,7 @@ def _either(original: Any, tracked: Any) -> Any:
 
 
 def _product(one: Any, other: Any) -> Any:
-    """The product of two numbers, plain where it is 0 whatever a source says: the x and y of a turn about z."""
+    """The product of two numbers, plain if it is 0 whatever a source says: the x and y of a turn about z."""
     if one == 0.0 and type(one) not in arrays.PYTHON_NUMBERS:
         return one * float(other)
     if other == 0.0 and type(other) not in arrays.PYTHON_NUMBERS:

@@ -124,7 +124,7 @@ def _hidden(tree: ast.AST, cells: object) -> Tuple[Set[str], Tuple[type, ...]]:
 
     Returns:
         The names, without what they are attributes of, that may stand for such numbers, and the classes of those: ints,
-        and floats too where there is NumPy.
+        and floats too if there is NumPy.
     """
     kinds: Tuple[type, ...] = (int, float) if _uses_numpy(tree) else (int,)
     names: Set[str] = set()
@@ -151,7 +151,7 @@ class _Makers(NamedTuple):
             return False
         if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
             return _last_name(node) in self.names
-        # What is computed with ints is mostly a float; floats are looked for where there is NumPy alone.
+        # What is computed with ints is mostly a float; floats are looked for if there is NumPy alone.
         has_floats = float in self.kinds
         return any(
             (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
@@ -288,7 +288,7 @@ class _Rewriter(ast.NodeTransformer):
         if isinstance(node, ast.UnaryOp):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
-            # What is computed of numbers with provenance by a function has it, in floats too where there is NumPy.
+            # What is computed of numbers with provenance by a function has it, in floats too if there is NumPy.
             is_of_hidden = float in self._kinds and any(map(self._may_be_hidden, node.args))
             return is_of_hidden or _last_name(node.func) in ('int', 'round', 'len', 'abs')
         name = _last_name(node)
@@ -388,7 +388,7 @@ def _name(name: str, where: ast.AST) -> ast.Name:
 
 
 def _loaded(target: Any) -> Any:
-    """A name, or an attribute of one, that is read where it was assigned."""
+    """A name, or an attribute of one, that is read if it was assigned."""
     read = copy.copy(target)
     read.ctx = ast.Load()
     return read

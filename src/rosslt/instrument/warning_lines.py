@@ -1,4 +1,4 @@
-"""Warnings name the line of the node that they are about, as they do where nothing is tracked."""
+"""Warnings name the line of the node that they are about, as they do if nothing is tracked."""
 
 import sys
 import warnings

@@ -32,7 +32,7 @@ class Descriptions:
         return place.local_name if place.location.is_named else place.short_file
 
     def one(self, source: values.Source, present: Optional[Any] = None) -> str:
-        """`shoulder (arm.py:48)`, and the node where more than one has such a location.
+        """`shoulder (arm.py:48)`, and the node if more than one has such a location.
 
         Args:
             source: what to describe.
@@ -71,12 +71,12 @@ class Descriptions:
         return 'takes no change' if place.read_only else place.location.at_next_start
 
     def rank(self, source: values.Source) -> int:
-        """How willingly a source is changed if several could be: 0 first, and where nothing is known of it."""
+        """How willingly a source is changed if several could be: 0 first, and if nothing is known of it."""
         place = self._directory.of(source)
         return 0 if place is None else place.location.rank
 
     def can_change(self, value: Any) -> bool:
-        """True where a value has a source that takes changes, as far as known."""
+        """True if a value has a source that takes changes, as far as known."""
         sources = values.sources(value)
         self.look_up(sources)
         return len(self.fixed(sources)) < len(sources)

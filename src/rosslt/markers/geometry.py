@@ -69,7 +69,7 @@ def are_same_rotation(first: Sequence[float], second: Sequence[float], tolerance
 
 
 def without_noise(start: Sequence[float], end: Sequence[float], noise: float) -> Tuple[float, ...]:
-    """The end of a move, where coordinates that differ from the start by noise alone are those of the start."""
+    """The end of a move, if coordinates that differ from the start by noise alone are those of the start."""
     return tuple([a if abs(b - a) <= noise * max(1.0, abs(a)) else b for a, b in zip(start, end)])
 
 

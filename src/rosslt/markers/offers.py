@@ -50,7 +50,7 @@ class Offers(NamedTuple):
         return ', '.join(map(self.descriptions.one, choice.changed))
 
     def chosen(self, name: str, choices: List[Choice]) -> Optional[values.Source]:
-        """The source that has been chosen for a thing, None for the default; also where the choice is there no more."""
+        """The source that has been chosen for a thing, None for the default; also if the choice is there no more."""
         chosen = self.drags.chosen.get(name)
         return chosen if chosen in [choice.source for choice in choices] else None
 
@@ -59,15 +59,15 @@ class Offers(NamedTuple):
         self.drags.chosen[name] = source
 
     def can_be_free(self, handle: Handle) -> bool:
-        """True where a body can move in all three directions, and so in the plane of the screen too."""
+        """True if a body can move in all three directions, and so in the plane of the screen too."""
         return all(handle.motions(self.descriptions.can_change).axes)
 
 
 def choices_of(tracked: Sequence[Any], read_only: Collection[values.Source]) -> List[Choice]:
-    """The choices where a drag changes tracked values, the default first."""
+    """The choices if a drag changes tracked values, the default first."""
     can = [source for source, slopes in values.slopes(list(tracked)).items() if source not in read_only and any(slopes)]
     default = default_sources(tracked, read_only) or can
-    # Choosing a source makes a difference only where a value has several.
+    # Choosing a source makes a difference only if a value has several.
     others = [
         source
         for source in can
@@ -77,7 +77,7 @@ def choices_of(tracked: Sequence[Any], read_only: Collection[values.Source]) -> 
 
 
 def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
-    """The sources that a drag changes where none has been chosen, in order of appearance.
+    """The sources that a drag changes if none has been chosen, in order of appearance.
 
     Found by asking for a little change of each of the tracked values.
     """

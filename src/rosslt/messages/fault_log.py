@@ -10,7 +10,7 @@ _said: Set[Hashable] = set()
 
 
 def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
-    """Log a warning where rospy takes it to rosout.
+    """Log a warning if rospy takes it to rosout.
 
     Args:
         fault: identifies the fault; further warnings about it are dropped.

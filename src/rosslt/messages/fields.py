@@ -59,7 +59,7 @@ class Field(NamedTuple):
     name: str
     """The name of the attribute in the Python class."""
     type: str
-    """The type of the field, or of its elements where it is an array; with its package where it is a message."""
+    """The type of the field, or of its elements if it is an array; with its package if it is a message."""
     length: Optional[int]
     """None for a field that is no array, VARIABLE, or the number of elements."""
 
@@ -139,13 +139,13 @@ class Layout:
                 yield prefix + field.name, type_, field
 
     def flat(self, type_: str) -> Optional[List[Tuple[str, str]]]:
-        """The `(path, scalar type)` of all leaves of a message type without arrays; None where it has arrays."""
+        """The `(path, scalar type)` of all leaves of a message type without arrays; None if it has arrays."""
         parts = list(self.parts(type_))
         has_array = any(field.length is not None for _, _, field in parts)
         return None if has_array else [(path, field.type) for path, _, field in parts]
 
     def size(self, type_: str) -> Optional[int]:
-        """The number of bytes that a type serializes to; None where it varies."""
+        """The number of bytes that a type serializes to; None if it varies."""
         members = self.members(type_)
         if members is None:
             letter = SCALARS[type_]

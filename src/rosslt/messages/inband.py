@@ -24,7 +24,7 @@ _LENGTH = struct.Struct('<I')
 
 
 def append_provenance(message: Message, buff: BinaryIO, provenance: Optional[bytes] = None) -> None:
-    """Write the provenance of a message behind it; nothing, where no leaf is tracked.
+    """Write the provenance of a message behind it; nothing, if no leaf is tracked.
 
     Args:
         message: an ordinary message, which was just serialized into `buff`.
@@ -37,7 +37,7 @@ def append_provenance(message: Message, buff: BinaryIO, provenance: Optional[byt
 
 
 Found = Union[None, Readings, BadHeader]
-"""The provenance that came with a message: None for none, NO_READINGS for a message between whole ones, the error where
+"""The provenance that came with a message: None for none, NO_READINGS for a message between whole ones, the error if
 it cannot be read."""
 
 
@@ -45,7 +45,7 @@ class Decoded(NamedTuple):
     """A decoded message and the fault in its provenance, if any."""
 
     message: Message
-    """The ordinary message, with tracked leaves where it came with a provenance."""
+    """The ordinary message, with tracked leaves if it came with a provenance."""
     error: Optional[BadHeader]
     """The fault in its provenance, or None. With a fault, the message is untracked."""
     is_sampled: bool
@@ -135,7 +135,7 @@ def finder(message_class: MessageClass) -> Callable[[bytes], Optional[bytes]]:
 
     Returns:
         `find(data)`, for data that ends with MAGIC: what is between the message and the footer, or None
-        where these bytes are part of the message.
+        if these bytes are part of the message.
     """
     walks = walkers(message_class)
     size, end = walks.layout.size(walks.layout.name), walks.end

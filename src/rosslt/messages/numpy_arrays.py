@@ -1,6 +1,6 @@
 """Arrays of Python objects in messages that are serialized by NumPy.
 
-A class that `rospy.numpy_msg` makes writes the memory of its arrays. Where elements are tracked, NumPy makes arrays of
+A class that `rospy.numpy_msg` makes writes the memory of its arrays. If elements are tracked, NumPy makes arrays of
 objects, whose memory is addresses: so they are replaced by arrays of the fields' own types before.
 """
 
@@ -21,7 +21,7 @@ from rosslt.values import is_object_array
 def packed_arrays(message_class: MessageClass) -> Callable[[Any], Any]:
     """`pack(message)`: the message as a class of `rospy.numpy_msg` serializes it rightly.
 
-    It is the message itself where it has no array of objects, or its class writes values one by one; else a copy in
+    It is the message itself if it has no array of objects, or its class writes values one by one; else a copy in
     which these arrays hold numbers.
 
     Raises (`pack`):

@@ -190,7 +190,7 @@ class LastProvenance:
             publisher: the publisher of the message, with the topic if several topics are read.
 
         Returns:
-            the message itself where it is not sampled; else a copy, untracked where nothing is kept of the same form.
+            the message itself if it is not sampled; else a copy, untracked if nothing is kept of the same form.
         """
         fields = tracked_fields(message)
         if not (is_sampled or fields):
@@ -210,7 +210,7 @@ class LastProvenance:
 
 
 def _moved(tracked: Message, value: Scalar) -> Any:
-    """A plain value with the provenance that it had a moment ago; itself where it is no number and another one now."""
+    """A plain value with the provenance that it had a moment ago; itself if it is no number and another one now."""
     plain = untracked(tracked)
     if type(plain) is type(value) and bool(plain == value):
         return tracked

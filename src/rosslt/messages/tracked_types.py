@@ -91,7 +91,7 @@ def _why_missing(name: str) -> str:
 
 
 def _generated(message_class: MessageClass) -> Optional[type]:
-    """The generated class, where a package has one for exactly that message."""
+    """The generated class, if a package has one for exactly that message."""
     name = message_class._type
     for candidate in _candidates(name):
         cls = genpy.message.get_message_class(candidate)

@@ -1,7 +1,7 @@
 """Code that walks the fields of a message, written and compiled once for each message class.
 
 Looking at each field by its name costs more than serializing the message does, so the walks are written out as straight
-code: attribute by attribute where a type is fixed, one loop for each array. An array whose elements have arrays
+code: attribute by attribute if a type is fixed, one loop for each array. An array whose elements have arrays
 themselves is left to a function for its elements.
 """
 
@@ -35,7 +35,7 @@ class Walkers(NamedTuple):
     owner that is a list is a copy of an array of scalars, with its `(owner, name, array, copy)` in arrays."""
     end: Callable[..., Any]
     """`end(data, 0, len(data))`: where the serialized message that data begins with ends. Beyond the data, or
-    struct.error, where it is cut short."""
+    struct.error, if it is cut short."""
 
 
 @functools.lru_cache(maxsize=None)
@@ -52,7 +52,7 @@ def has_arrays(message_class: MessageClass) -> bool:
 
 
 def items_of(array: Any) -> Any:
-    """The elements of an array that is no exact list or tuple, where they may be tracked: else nothing."""
+    """The elements of an array that is no exact list or tuple, if they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
         return array
     return array.tolist() if getattr(array, 'has_provenance', None) or is_object_array(array) else ()

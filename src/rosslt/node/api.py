@@ -89,7 +89,7 @@ def _take_back(error: Optional[BaseException], what_ends: str) -> None:
 
 
 def is_started() -> bool:
-    """True where this process is a node whose locations are known."""
+    """True if this process is a node whose locations are known."""
     return bool(_owner.name)
 
 
@@ -122,7 +122,7 @@ def location(
         getter, setter: instead of a literal, functions that read and write a scalar somewhere else. The exception of
             a setter is the reason of a refusal; without a setter the location is read-only.
         on_change: called with the new value, as this call returns it, soon after a change of it is in force: in a
-            thread of its own, once for a change of several leaves, and with the latest value where changes come
+            thread of its own, once for a change of several leaves, and with the latest value if changes come
             faster.
         weight: how hard it is to move, against 1 of others: told to those who change it together with others.
 
@@ -219,7 +219,7 @@ def add_location(
         site: the CallSite, which is where it stands.
         getter, setter: as of `location`.
         limits: `minimum`, `maximum`, `read_only`, `weight`, as of `location`; `is_named`, whether people know the name
-            (by default they do not, and are told where it is alone).
+            (by default they do not, and are told if it is alone).
 
     Returns:
         The ExternalLocation; its `tracked` is the current value, tracked.
@@ -273,7 +273,7 @@ def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) 
         is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
 
     Returns:
-        Whether that is new. Where it was taken in before, the value in force may be a newer one, and stays.
+        Whether that is new. If it was taken in before, the value in force may be a newer one, and stays.
 
     Raises:
         ValueError: the location does not take it; it stays as it is.
@@ -301,7 +301,7 @@ def get_param(name: str, *default: object, as_float: bool = False) -> Any:
 
     Args:
         name: the parameter's name, resolved as in rospy.
-        default: what to return where it is not set; it is a source all the same, and a change sets the
+        default: what to return if it is not set; it is a source all the same, and a change sets the
             parameter.
         as_float: take each int in it for a float, for this node from now on: a file that says 1 where 1.0 is meant
             gives a number that takes fractions, and that keeps its provenance in `0.5 * x`.

@@ -27,7 +27,7 @@ class Joint(NamedTuple):
         roll_pitch_yaw: how it is turned in that frame, for position 0.
         axis: around or along which it moves, in its own coordinates; of length 1.
         is_turning: whether it turns or slides.
-        lower, upper: its limits, in radians or metres; infinite where there are none.
+        lower, upper: its limits, in radians or metres; infinite if there are none.
     """
 
     name: str
@@ -64,7 +64,7 @@ def description_for(topic: str) -> str:
 
 
 def joints_in(parameter: str, description: object) -> Dict[str, Joint]:
-    """{name: Joint} of a robot; empty, with an error in the log, where its description cannot be read.
+    """{name: Joint} of a robot; empty, with an error in the log, if its description cannot be read.
 
     Args:
         parameter: the name of the parameter.

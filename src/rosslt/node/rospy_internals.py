@@ -86,7 +86,7 @@ def mend_connecting() -> None:
 
     A subscriber that is made in the moment in which its publisher is made hears of it twice, from the master's answer
     and from the master's update, and rospy connects twice at the same time. Of two connections of one node, the
-    subscriber closes the one that it made first, and the publisher the one whose header it read first: where these
+    subscriber closes the one that it made first, and the publisher the one whose header it read first: if these
     differ, none is left, and the subscriber hears nothing for as long as it lives.
 
     A connection that is being made while the topic's reader is replaced would go on with the reader from before.
@@ -127,7 +127,7 @@ def _connect_in_turn(handler: object, topic: str, uri: str) -> Any:
 def shut_down_without_deadlock() -> None:
     """Let a signal that comes while the main thread holds a lock which rospy's shutdown takes wait for its release.
 
-    Otherwise the node waits for itself, for ever. Without effect where rospy does not handle signals, and in other
+    Otherwise the node waits for itself, for ever. Without effect if rospy does not handle signals, and in other
     threads than the main one.
     """
     if threading.current_thread() is not threading.main_thread():

@@ -48,7 +48,7 @@ SETTINGS = Sending.NAMES | locks.SETTINGS
 #: Many locations are created together: they are published so long after the first one, in seconds.
 SETTLING = 0.2
 
-#: Changes of the last seconds are taken back where the main program raises an exception.
+#: Changes of the last seconds are taken back if the main program raises an exception.
 SUSPECT = 5.0
 
 #: The maximal number of changes that wait to be sent on `<node>/rosslt/changes`.
@@ -232,7 +232,7 @@ class Owner:
         return location
 
     def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> None:
-        """Take back the changes of the last moments, where an exception ends the main program or a thread of it: their
+        """Take back the changes of the last moments, if an exception ends the main program or a thread of it: their
         values would be remembered, and end it at each start.
 
         Args:
@@ -263,7 +263,7 @@ class Owner:
                 self.publish_locations()
 
     def changeable(self, location: Location, requester: str) -> Location:
-        """A location that takes changes of that requester; raises Refused where it does not."""
+        """A location that takes changes of that requester; raises Refused if it does not."""
         self.access.check(location.name, requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
@@ -277,7 +277,7 @@ class Owner:
         """Put checked values in force, all or none; the lock is held, and given up while setters are called.
 
         Returns:
-            (the reasons of refusals, one a location, empty where there is none; what has changed).
+            (the reasons of refusals, one a location, empty if there is none; what has changed).
         """
         # Setters first: while the lock is given up for them, others may change what this node holds.
         order = sorted(range(len(wanted)), key=lambda index: isinstance(wanted[index][0], HeldLocation))
@@ -337,7 +337,7 @@ class Owner:
         )
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
-        """A location as a message; None where this node has no location of that id."""
+        """A location as a message; None if this node has no location of that id."""
         location = self.locations.by_id.get(location_id)
         return location and described(location, location.name in self.access.locks)
 
@@ -365,7 +365,7 @@ class Owner:
             is_saved_here: it was written there by a save: the value in force may be a newer one, and stays.
 
         Returns:
-            Whether that is new. Where it was taken in before, the value in force may be a newer one, and stays.
+            Whether that is new. If it was taken in before, the value in force may be a newer one, and stays.
 
         Raises:
             Refused: the location does not take it; it stays as it is.
@@ -396,7 +396,7 @@ class Owner:
             rospy.logerr('/rosslt/source_change from %s is refused: %s', requester, response.reasons[0])
 
     def set_value(self, location: Location, value: object, requester: str) -> None:
-        """Change one location, where it has another value.
+        """Change one location, if it has another value.
 
         Raises:
             Refused: it is not changed.
@@ -410,7 +410,7 @@ class Owner:
                     raise Refused(reasons[0])
 
     def set_setting(self, name: str, value: object) -> None:
-        """Take over one of the node's settings that was set; None where it was deleted."""
+        """Take over one of the node's settings that was set; None if it was deleted."""
         value = {} if value is None else value
         if name in locks.SETTINGS:
             try:

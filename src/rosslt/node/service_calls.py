@@ -56,7 +56,7 @@ class _Call(threading.Thread):
         super().__init__(name='rosslt call of ' + node, daemon=True)
         self.node = node
         self._request = request
-        # Persistent only so that the connection can be closed from outside where nobody answers.
+        # Persistent only so that the connection can be closed from outside if nobody answers.
         self._proxy = rospy.ServiceProxy(f'{node}/rosslt/{service}', service_class, persistent=True)
         self._done = threading.Event()
         self._response: Message = None

@@ -133,10 +133,10 @@ class LiveScript:
         """Have a text that somebody has saved come into force, or report why it cannot.
 
         Args:
-            names: of its locations, where these are remembered.
+            names: of its locations, if these are remembered.
 
         Returns:
-            False where the file holds yet another one by now.
+            False if the file holds yet another one by now.
         """
         with self._lock:
             if not files.holds(self.path, content):
@@ -158,7 +158,7 @@ class LiveScript:
             return True
 
     def _note_mended(self) -> None:
-        """Say that the script in force is in the file again, where a text was refused since."""
+        """Say that the script in force is in the file again, if a text was refused since."""
         if self._refused is not None:
             self._refused = None
             self._take(self._state.steps, True)

@@ -88,7 +88,7 @@ def _loop(tick: Callable[[], None]) -> None:
 
 
 def _copy_example(path: str) -> None:
-    """Begin with an example where there is no script yet."""
+    """Begin with an example if there is no script yet."""
     example = rospy.get_param('~example', '')
     if example and not os.path.exists(path):
         os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -120,7 +120,7 @@ class _Memory:
         node.MASTER_WATCH.renewals.append(self._write_again)
 
     def recall(self, digest: str) -> Sequence[str]:
-        """The names that belong to this very text; none where they are not known."""
+        """The names that belong to this very text; none if they are not known."""
         kept = rospy.get_param(self.PARAMETER, {})
         is_known = isinstance(kept, dict) and kept.get('text') == digest
         return kept.get('names', []) if is_known else []
@@ -130,7 +130,7 @@ class _Memory:
         self._latest, self._is_written = {'text': digest, 'names': names}, False
 
     def write(self) -> None:
-        """Write them where they have changed."""
+        """Write them if they have changed."""
         if self._is_written or not self._latest:
             return
         self._is_written = True

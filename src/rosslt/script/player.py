@@ -116,7 +116,7 @@ class Arrival:
         return bool((at.x - place.x) ** 2 + (at.y - place.y) ** 2 + (at.z - place.z) ** 2 <= self._tolerance**2)
 
     def _warn_where_it_is_unknown(self) -> None:
-        """Warn that the first waypoint is never left where nobody says where the robot is."""
+        """Warn that the first waypoint is never left if nobody says where the robot is."""
         if not self._is_known and (rospy.Time.now() - self._began).to_sec() > TF_PATIENCE:
             rospy.logwarn_throttle(
                 30.0,

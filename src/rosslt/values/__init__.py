@@ -1,7 +1,7 @@
 """Values that know where they came from and how they were computed (paper, section IV-B).
 
 This room answers: how was a value computed, and which source values give a wanted result? It imports no ROS, and does
-without its compiled core where there is none. It may import the standard library, and NumPy and SciPy where they are
+without its compiled core if there is none. It may import the standard library, and NumPy and SciPy where they are
 installed. Other rooms use the names below and nothing behind them.
 """
 

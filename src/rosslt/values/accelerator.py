@@ -1,6 +1,6 @@
-"""The compiled core of this room, where there is one: what it does, the Python here does as well (PEP 399).
+"""The compiled core of this room, if there is one: what it does, the Python here does as well (PEP 399).
 
-`catkin build` compiles it from `core/`. It lies beside the generated messages, where the devel space has a folder of
+`catkin build` compiles it from `core/`. It lies beside the generated messages, if the devel space has a folder of
 this package; the name of its file says for which Python it was built, so that another one does not find it.
 """
 
@@ -24,7 +24,7 @@ def _loaded() -> Any:
 
 
 CORE: Any = _loaded()
-"""The compiled core, None where there is none, or where ROSSLT_PURE=1 asks for Python alone."""
+"""The compiled core, None if there is none, or if ROSSLT_PURE=1 asks for Python alone."""
 
 Decorated = TypeVar('Decorated', bound=Callable[..., Any])
 """A function that is decorated."""

@@ -2,7 +2,7 @@
 
 A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, its
 older half is folded: each value at the border gets one record of a slope for each source, which means exactly the same
-where the value is affine, and else is its linearization at the present values, which `explain` marks as such. What
+if the value is affine, and else is its linearization at the present values, which `explain` marks as such. What
 shares that past, such as the other elements of a covariance, is shorter from then on, too, so that each operation is
 folded once.
 
@@ -55,7 +55,7 @@ def size_of(operands: Sequence[Value]) -> int:
 def folded(value: Value) -> Record:
     """The record `(AFFINE, ((leaf, slope), ...), is_exact)` that stands for a value near its present one.
 
-    It is exact where the value is affine in its sources, else a linearization. A value remembers its own.
+    It is exact if the value is affine in its sources, else a linearization. A value remembers its own.
     """
     fold = getattr(value, '_fold', None)
     if fold is None:
@@ -160,7 +160,7 @@ def affine(x: Value) -> Optional[Terms]:
 
     Returns:
         `((Source, source's value, slope), ...)` in order of first appearance, so that the value for other source
-        values is its present one plus the sum of each slope times its source's change; None where it is not
+        values is its present one plus the sum of each slope times its source's change; None if it is not
         affine (texts and bools are not); `()` for an untracked value.
     """
     if type(x) not in TRACKED:
@@ -182,10 +182,10 @@ if CORE is not None:
 
 
 def linearized(x: Value) -> Terms:
-    """The terms of a tracked value near its present one: those of `affine` where it is affine.
+    """The terms of a tracked value near its present one: those of `affine` if it is affine.
 
     Returns:
-        `((Source, source's value, slope), ...)` in order of first appearance, each source once. A slope is 0 where the
+        `((Source, source's value, slope), ...)` in order of first appearance, each source once. A slope is 0 if the
         value has none, and the source's value may be a text or a bool.
     """
     return tuple([(leaf._record[1], leaf._plain, slope) for leaf, slope in folded(x)[1]])

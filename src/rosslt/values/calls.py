@@ -29,7 +29,7 @@ class Layout(NamedTuple):
 
     Attributes:
         keywords: the names of the last arguments.
-        containers: for each argument None where it is one number, or anything else as it is; else a plain copy of the
+        containers: for each argument None if it is one number, or anything else as it is; else a plain copy of the
             list, tuple, dict, message or array that it is, and how many numbers it holds.
     """
 
@@ -41,7 +41,7 @@ class Layout(NamedTuple):
         return not self.keywords and not any(self.containers)
 
     def arguments(self, numbers: Sequence[Value]) -> List[Value]:
-        """The arguments that hold such numbers; an array of floats where it held tracked ones."""
+        """The arguments that hold such numbers; an array of floats if it held tracked ones."""
         left = iter(numbers)
         return [
             next(left) if held is None else _array(rebuilt(held[0], lambda _: next(left))) for held in self.containers
@@ -202,9 +202,9 @@ def operation(function: Optional[Function] = None, *, inverse: Functions = None,
             other objects are kept themselves.
         inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must become,
             or None; a single function is that of the first argument. Without one, the argument is searched for
-            numerically, and so it is where the function returns several numbers or the argument holds several.
+            numerically, and so it is if the function returns several numbers or the argument holds several.
         slope: for each argument the function `slope(*arguments)` that gives the derivative, or None; a single function
-            is that of the first argument. Where the function returns several numbers, so does the slope; where the
+            is that of the first argument. If the function returns several numbers, so does the slope; if the
             argument holds several, a slope is the sequence of theirs. Without one it is a central difference, and
             `explain` says `numerically`.
 
@@ -243,7 +243,7 @@ def operation(function: Optional[Function] = None, *, inverse: Functions = None,
 
 
 def _record_of_row(operation: Operation, numbers: Sequence[Value]) -> Optional[tuple]:
-    """The record of one or two numbers in the form that rows have; None where it has none for these."""
+    """The record of one or two numbers in the form that rows have; None if it has none for these."""
     forms = operation.forms.get(len(numbers))
     if forms is None or any(number is None for number in numbers):
         return None

@@ -9,7 +9,7 @@ def eliminate(rows: List[List[Value]]) -> None:
     """Bring the square matrix at the left of some rows to a triangle of which the lower left is not used any more.
 
     Args:
-        rows: as many as the matrix is wide, each with the right sides behind it; they are changed. Where the matrix is
+        rows: as many as the matrix is wide, each with the right sides behind it; they are changed. If the matrix is
             singular, they are left as they were met.
     """
     for column in range(len(rows)):

@@ -8,7 +8,7 @@ class Error(Exception):
 
 
 class NotTracked(Error):
-    """A value without a source was given where one with a source is needed."""
+    """A value without a source was given if one with a source is needed."""
 
     __module__ = 'rosslt'
 

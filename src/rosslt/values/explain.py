@@ -1,4 +1,4 @@
-"""Expressions as one readable line, shortened in the middle where they are long."""
+"""Expressions as one readable line, shortened in the middle if they are long."""
 
 from typing import Dict
 
@@ -21,7 +21,7 @@ def explain(x: Value) -> str:
     Returns:
         For instance `2 * (0.3 [waypoints.script:3:12] + 1)`. A part that was folded to coefficients reads as a sum of
         products; one that was cut to its linearization, and is only right near the present values, reads
-        `linearized(...)`, or `partly linearized: ...` where that part is left out. Numbers are rounded to seven digits.
+        `linearized(...)`, or `partly linearized: ...` if that part is left out. Numbers are rounded to seven digits.
     """
     return _text(x, LONGEST)
 

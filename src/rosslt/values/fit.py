@@ -32,7 +32,7 @@ class Fit(NamedTuple):
 
     Attributes:
         values: `{Source: value}`, those that bring the results nearest.
-        errors: `{Source: its standard error}`, in the unit of the source; infinite where the targets do not determine
+        errors: `{Source: its standard error}`, in the unit of the source; infinite if the targets do not determine
             it. Of a robust loss it is an approximation.
         old: `{Source: value before}`.
         before, after: the root of the mean square of the differences from the targets, before and after.
@@ -69,14 +69,14 @@ def fit(
         values: a sequence of tracked numbers, or of messages holding such; or anything that `solve` takes.
         targets: plain, of the same shape, in the units of `values`; None leaves a part out.
         sources: fit these alone; by default all that hold a float, are not read-only and move a result.
-        loss: `'linear'` for least squares; `'soft_l1'`, `'huber'`, `'cauchy'` or `'arctan'` where some targets are
+        loss: `'linear'` for least squares; `'soft_l1'`, `'huber'`, `'cauchy'` or `'arctan'` if some targets are
             far off and should count less. The names are SciPy's.
         scale: from which difference on a robust loss takes a target for far off, in the unit of the results.
         bounds: `{Source: (minimum or None, maximum or None)}`. A source whose bounds are one value stays as it is.
         read_only: sources that stay as they are.
 
     Returns:
-        The Fit; nothing has been changed. Where a source has different values in different results, all get one.
+        The Fit; nothing has been changed. If a source has different values in different results, all get one.
 
     Raises:
         NotTracked: no result depends on a source that can be fitted, or not on one of `sources`.

@@ -34,7 +34,7 @@ def function(operation: Operation) -> Function:
 
 
 def recorder(operation: Operation) -> Callable[[Decorated], Decorated]:
-    """A decorator for a function that keeps provenance: the compiled core, where there is one, does it for tracked
+    """A decorator for a function that keeps provenance: the compiled core, if there is one, does it for tracked
     numbers; the function itself is called with anything else.
 
     Args:
@@ -53,12 +53,12 @@ def recorder(operation: Operation) -> Callable[[Decorated], Decorated]:
 
 
 def keeping(of_plain: Function, of_tracked: Function, of_others: Function) -> Function:
-    """A function that calls one with numbers and texts, and another one where an argument may have provenance.
+    """A function that calls one with numbers and texts, and another one if an argument may have provenance.
 
     Args:
         of_plain: is called with floats, ints and texts; the function is called as it is.
-        of_tracked: is called where an argument is tracked, or a list or tuple.
-        of_others: is called where one is of any other class, also beside those.
+        of_tracked: is called if an argument is tracked, or a list or tuple.
+        of_others: is called if one is of any other class, also beside those.
     """
 
     if CORE is not None:
@@ -90,11 +90,11 @@ def _signed(function: Function) -> str:
 def reflecting(
     plain: Callable[[Any, Any], Any], reflected: Callable[[Any, Any], Any], kinds: Dict[Any, Tuple[Any, ...]]
 ) -> Callable[[Value, Value], Value]:
-    """An operator that asks a tracked number on the right first where the left operand takes it for a plain one.
+    """An operator that asks a tracked number on the right first if the left operand takes it for a plain one.
 
     Args:
         plain: the operator.
-        reflected: is asked first; where it returns NotImplemented, `plain` computes.
+        reflected: is asked first; if it returns NotImplemented, `plain` computes.
         kinds: {class of the left operand: the classes of tracked floats and ints that it takes for plain numbers}
     """
     if CORE is not None:
@@ -114,7 +114,7 @@ def reflecting(
 
 def stripper(function: Decorated) -> Decorated:
     """A decorator for a function that gives a value without provenance, and plain numbers and texts as they are: the
-    compiled core, where there is one, does it for floats and ints."""
+    compiled core, if there is one, does it for floats and ints."""
     if CORE is None:
         return function
     made: Decorated = CORE.stripper(function, function.__name__, documented(function))
@@ -206,5 +206,5 @@ def _namespace() -> Dict[str, Value]:
 
 
 MATH = _namespace()
-"""All names of `math`, bound to functions that keep provenance where there are any. `gamma`, `lgamma`, `frexp` and the
+"""All names of `math`, bound to functions that keep provenance if there are any. `gamma`, `lgamma`, `frexp` and the
 functions of whole numbers (`gcd`, `comb`, `factorial`, ...) are those of `math`, and give plain numbers."""

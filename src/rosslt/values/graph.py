@@ -143,7 +143,7 @@ class Graph:
             values[place] = value
 
     def values(self, changes: Mapping[Source, Value]) -> List[Value]:
-        """The plain value of each node where some sources have other values."""
+        """The plain value of each node if some sources have other values."""
         values = self.plain()
         self.run(self.steps(self.depending(changes)), values, changes)
         return values
@@ -151,7 +151,7 @@ class Graph:
     def partials(self, steps: List[tuple], values: List[Value]) -> Dict[int, tuple]:
         """The slopes of each node for its operands, at given values of the nodes: `{index: ((operand, slope), ...)}`.
 
-        It is 0 where there is none, or none that a float holds. Constants are left out.
+        It is 0 if there is none, or none that a float holds. Constants are left out.
         """
         found: Dict[int, tuple] = {}
         records = self.records
@@ -219,7 +219,7 @@ class Graph:
         """The slope of each node for one source, by one sweep forwards: `{index: slope}`, without zeros.
 
         Args:
-            source: it moves; where it was read several times, all its readings move together.
+            source: it moves; if it was read several times, all its readings move together.
             partials: as `partials` gives them, in the order of the indices.
         """
         rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], 1)
@@ -251,7 +251,7 @@ class Graph:
 
 
 def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
-    """A slope of the table at a point, 0 where there is none or none that a float holds."""
+    """A slope of the table at a point, 0 if there is none or none that a float holds."""
     try:
         value = slope(a, b)
         return value if value - value == 0 and type(value) is not complex else 0
@@ -260,7 +260,7 @@ def slope_or_zero(slope: Any, a: Any, b: Any) -> Any:
 
 
 def slopes_or_zeros(record: tuple, values: List[Value]) -> List[Value]:
-    """The slopes of any form of record at such values of its operands, 0 where there are none that a float holds."""
+    """The slopes of any form of record at such values of its operands, 0 if there are none that a float holds."""
     form, first, second = record
     try:
         slopes = form.slopes(first, second, values)

@@ -107,8 +107,8 @@ def give_fast_operator(name: str, operation: Operation) -> None:
 def computing(name: str, operation: Operation) -> Callable[[Value, Value], Value]:
     """A function of two operands that computes and records an operator.
 
-    It gives way to the right operand where Python asks that first: a subclass with a reflected operator of its own.
-    Where nothing more is recorded, the result is the program's own: of plain numbers, whatever their classes.
+    It gives way to the right operand if Python asks that first: a subclass with a reflected operator of its own.
+    If nothing more is recorded, the result is the program's own: of plain numbers, whatever their classes.
     """
     reflected, forward = '__r%s__' % name, operation.forward
 

@@ -30,7 +30,7 @@ class Allowance:
     """The number of operations that may still be recorded.
 
     Attributes:
-        left: that number; 0 where recording has stopped.
+        left: that number; 0 if recording has stopped.
         refill: the function that `limit_recording` was given.
     """
 
@@ -44,7 +44,7 @@ class Allowance:
         return left
 
     def spend(self, count: int) -> bool:
-        """Use up so many operations; False where no more may be recorded."""
+        """Use up so many operations; False if no more may be recorded."""
         if self.left > count:
             self.left -= count
         elif self.left:

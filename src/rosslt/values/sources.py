@@ -84,7 +84,7 @@ def describe_sources_with(function: Optional[Callable[[Source], Optional[str]]])
     """Set what error messages and `explain` call a source, e.g. `waypoints.script:3:12`.
 
     Args:
-        function: gives the text for a Source, or None where it knows nothing of it; it must be fast and
+        function: gives the text for a Source, or None if it knows nothing of it; it must be fast and
             not raise. None restores the default, `node#location_id`.
     """
     global _describe

@@ -12,7 +12,7 @@ RELATIVE = 1e-9
 
 ROUNDING = 1e-12
 """The relative error that the rounding of a few operations makes, and for values of size 1 the absolute one allowed
-next to 0, where a relative one is impossible."""
+next to 0, if a relative one is impossible."""
 
 ULPS = 8 * 2.0**-52
 """The relative distance of a source from its bound that a few roundings make."""

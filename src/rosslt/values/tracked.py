@@ -67,7 +67,7 @@ if CORE is not None:
     TrackedInt = CLASSES[int] = CORE.TrackedInt  # type: ignore[misc]
 PLAIN_CLASSES: Dict[Any, Any] = {tracked: kind for kind, tracked in CLASSES.items()}
 TRACKED: Set[Any] = set(CLASSES.values())
-"""All classes of tracked values. Those of NumPy's numbers join it where NumPy is used (`add_class`)."""
+"""All classes of tracked values. Those of NumPy's numbers join it if NumPy is used (`add_class`)."""
 SCALARS: Set[Any] = TRACKED | set(CLASSES)
 """The classes of leaves: tracked and plain values."""
 
@@ -157,7 +157,7 @@ if CORE is not None:
 
 
 def origins(values: Iterable[Value]) -> Optional[Tuple[Source, ...]]:
-    """The sources that tracked values are themselves, unchanged; None where one was computed."""
+    """The sources that tracked values are themselves, unchanged; None if one was computed."""
     found = []
     for value in values:
         form, first, _ = value._record
@@ -196,12 +196,12 @@ def _of_terms(value: Value, terms: Iterable[Tuple[Source, Value, Value]]) -> tup
 
 
 def _difference(one: Value, other: Value) -> Value:
-    """By how much two plain values of one type differ: by 0 where they are the same, also infinite or NaN."""
+    """By how much two plain values of one type differ: by 0 if they are the same, also infinite or NaN."""
     return 0 if one == other or isinstance(other, str) or (one != one and other != other) else one - other
 
 
 def resolve(value: Value) -> tuple:
-    """The record of a tracked value, made first where it is lazy."""
+    """The record of a tracked value, made first if it is lazy."""
     record = value._record
     if record[0] is not LAZY:
         return record

@@ -57,7 +57,7 @@ def _points(marker: Marker) -> numpy.ndarray:
 
 
 def _colors(marker: Marker) -> numpy.ndarray:
-    """The color of each point: its own where each has one."""
+    """The color of each point: its own if each has one."""
     of_points = marker.colors if len(marker.colors) == len(marker.points) else [marker.color] * len(marker.points)
     return numpy.array([_color(one) for one in of_points], dtype=numpy.uint8)
 

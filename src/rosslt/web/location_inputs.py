@@ -54,7 +54,7 @@ class Numbers:
         lock: of the page.
         locations: what they show.
         add_buttons: called with the name of a node once its folder is there, to add its buttons to it.
-        tell: called with (client, title, text) where a change is refused.
+        tell: called with (client, title, text) if a change is refused.
     """
 
     def __init__(

@@ -32,7 +32,7 @@ class Plot:
 
     Args:
         client: who sees it; the plot stands where viser's next element for them would be.
-        read: gives the numbers as they are now; other than at first, or none, where there is nothing to show.
+        read: gives the numbers as they are now; other than at first, or none, if there is nothing to show.
         descriptions: says what sources are called.
         labels: what the numbers are called; by default `value 1` and so on.
     """
@@ -189,7 +189,7 @@ class Window(Look):
                 self._plot = self._plots.add(self._client, self._read, [shown[1]])
 
     def _read(self) -> List[Any]:
-        """The number that is shown, as the last message has it; nothing where it has none."""
+        """The number that is shown, as the last message has it; nothing if it has none."""
         origin, field = self._shown
         numbers = self._numbers(origin)
         return [numbers[field]] if field in numbers else []

@@ -80,7 +80,7 @@ class Things(Follower):
         offers: what is shown, and what hands can do.
         frames: where frames stand.
         clicks: what visitors have selected.
-        tell: called with (handle, text) where there is something to say of a thing to everybody, and with
+        tell: called with (handle, text) if there is something to say of a thing to everybody, and with
             (handle, text, client) to say it to one of them.
 
     Attributes:

@@ -23,7 +23,7 @@ GROUP = LOOK
 SUMMARY = 'what provenance a recorded bag holds, and what its messages would have been with other values'
 DESCRIPTION = """Print what provenance a recorded bag holds: for each topic how many of its messages have some, and
 which sources reach which fields. Sources have their names where
-<node>/rosslt/locations was recorded too, or where their nodes run now, and are NODE#ID otherwise.
+<node>/rosslt/locations was recorded too, or if their nodes run now, and are NODE#ID otherwise.
 
 With --set and -o, write a bag with what the messages would have been had a location had another value all the time:
 each tracked field is evaluated by its provenance. What was computed without provenance stays as it was recorded."""

@@ -17,7 +17,7 @@ SUMMARY = 'why something on a topic cannot be dragged or forced'
 DESCRIPTION = """Look at all that a change needs, and say what is missing: publishers that send provenance,
 nodes that take the change, fields without a source, messages that show it, handles in RViz; and at which lines
 a node that `rosslt run` runs makes plain numbers of tracked ones, and what recording costs it. Without a TOPIC
-it looks at those that RViz draws and at those with provenance. The exit code is 1 where a fault was found."""
+it looks at those that RViz draws and at those with provenance. The exit code is 1 if a fault was found."""
 EXAMPLE = """\
 examples:
   rosslt doctor

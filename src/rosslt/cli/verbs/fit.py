@@ -177,7 +177,7 @@ class _Pair(NamedTuple):
 def _pairs(bag: rosbag.Bag, fields: Sequence[str], references: Sequence[str], slack: float) -> List[List[_Pair]]:
     """The values of fields beside those of their references.
 
-    A message is paired with the one of the reference's topic whose stamp is nearest: the stamp in its header, where it
+    A message is paired with the one of the reference's topic whose stamp is nearest: the stamp in its header, if it
     has one, else the time at which it was recorded.
 
     Args:

@@ -19,9 +19,9 @@ from rosslt.node import Directory, Heard
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
 DESCRIPTION = """Take the next message of a topic, solve for the sources of a field of it, and have their nodes change
-them, so that the field of the messages to come is VALUE; then look at the next message. Where the field is not VALUE,
+them, so that the field of the messages to come is VALUE; then look at the next message. If the field is not VALUE,
 as the node has taken another branch for instance, the new message is solved, and so on. Prints what changed, and after
-how many messages it was seen. Where VALUE is not reached, the changes are taken back, and the exit code is 1. Where
+how many messages it was seen. If VALUE is not reached, the changes are taken back, and the exit code is 1. If
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
 --source says another."""
 EXAMPLE = """\
@@ -33,7 +33,7 @@ examples:
   rosslt force /joint_states/position 0.5 --where name=elbow
 
 In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column; and,
-where something was changed, after how many messages and milliseconds it was seen.
+if something was changed, after how many messages and milliseconds it was seen.
 """
 ARGUMENTS = [
     Argument('field', completer='fields', metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
@@ -53,7 +53,7 @@ ARGUMENTS = [
     ),
     Argument('--dry-run', action='store_true', help='print what would change; change nothing'),
     Argument('--rounds', type=int, default=5, metavar='N', help='solve at most N messages (default: 5)'),
-    Argument('--keep-anyway', action='store_true', help='leave the changes also where VALUE is not reached'),
+    Argument('--keep-anyway', action='store_true', help='leave the changes also if VALUE is not reached'),
     Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
 ]
 

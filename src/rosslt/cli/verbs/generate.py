@@ -15,7 +15,7 @@ SUMMARY = 'write the .msg files of tracked message types'
 DESCRIPTION = 'Write the .msg files of tracked message types.'
 EXAMPLE = """\
 A tracked type holds a provenance header beside the message: PoseTracked is rosslt/Provenance and geometry_msgs/Pose.
-Where types of several packages have one name, each takes its package's: geometry_msgs/Pose and turtlesim/Pose become
+If types of several packages have one name, each takes its package's: geometry_msgs/Pose and turtlesim/Pose become
 GeometryMsgsPoseTracked and TurtlesimPoseTracked. The files' paths are printed; one that is up to date is not touched.
 
 example:

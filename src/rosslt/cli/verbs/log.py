@@ -21,7 +21,7 @@ examples:
   rosslt log /talker -n 10
 
 In a pipe each change is a line of columns between tabs: time in seconds, who asked, NODE/LOCATION, old value, new
-value, the request, `undone` where it has been taken back (or empty).
+value, the request, `undone` if it has been taken back (or empty).
 """
 ARGUMENTS = [
     Argument('node', nargs='?', completer='nodes', metavar='NODE', help='of this node alone'),

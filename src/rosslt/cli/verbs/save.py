@@ -111,11 +111,11 @@ def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
 
 
 def _parameter_at(parameters: object, path: Sequence[str]) -> Optional[Tuple[Sequence[str], Any]]:
-    """The name and the value of the parameter that a value at a path is in; None where there is none.
+    """The name and the value of the parameter that a value at a path is in; None if there is none.
 
     Args:
         parameters: the tree of all parameters.
-        path: the steps of a parameter's name, and then indices where the value is in a list.
+        path: the steps of a parameter's name, and then indices if the value is in a list.
     """
     for count, step in enumerate(path, 1):
         if not isinstance(parameters, dict) or step not in parameters:

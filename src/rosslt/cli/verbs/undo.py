@@ -16,7 +16,7 @@ from rosslt.node import Directory
 
 GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
-DESCRIPTION = """Take the last change back: all of it, in every node that it changed or, where one of them does not
+DESCRIPTION = """Take the last change back: all of it, in every node that it changed or, if one of them does not
 take it back, in none. A drag is one change. With a NODE it is the last one that changed this node; without, the last
 one of all."""
 EXAMPLE = """\

@@ -47,7 +47,7 @@ def plan(
 
     Args:
         tracked, targets: tracked values and as many numbers.
-        source: change this Source alone where a value depends on it.
+        source: change this Source alone if a value depends on it.
         timeout: how long to wait for what the owners say of their bounds, in seconds.
         began: {Source: value} where the drag began, of the sources that it has changed. The plan is made from there, so
             that a hand that comes back brings them back.

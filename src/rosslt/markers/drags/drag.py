@@ -18,7 +18,7 @@ class Drag:
     Args:
         handle: what it holds.
         timeout: how long the owners of sources may take to answer, in seconds.
-        hand: whose hand it is, where a view is shown to several people.
+        hand: whose hand it is, if a view is shown to several people.
 
     Attributes:
         pose: where the hand has it now.
@@ -79,8 +79,8 @@ class Drag:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
         if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
             return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
-        # An element of a list has an index for a name: where elements were added or removed, it is another one. A thing
-        # with a name of its own stays the same, also where its node computes it from other sources.
+        # An element of a list has an index for a name: if elements were added or removed, it is another one. A thing
+        # with a name of its own stays the same, also if its node computes it from other sources.
         held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
         return 'another thing has taken its place' if handle.name.endswith(']') and held != present else None
 

@@ -35,7 +35,7 @@ def dragged(
         turned: the rotation of these axes against the frame that all points are in.
 
     Returns:
-        (x, y, z); None where the mouse does not say it, as the axis points at the eye, or the plane is seen edge on.
+        (x, y, z); None if the mouse does not say it, as the axis points at the eye, or the plane is seen edge on.
     """
     line = difference(pointer, eye)
     length = dot(line, line) ** 0.5

@@ -82,10 +82,10 @@ class Drags:
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
     def hold(self, name: str, hand: str = '', frame: str = '', pose: Optional[PoseTuple] = None) -> bool:
-        """A hand takes hold of a handle; False where there is none, or another hand has it.
+        """A hand takes hold of a handle; False if there is none, or another hand has it.
 
         Args:
-            hand: whose it is, where one view shows the handle to several people.
+            hand: whose it is, if one view shows the handle to several people.
             frame: the frame that the pose is in.
             pose: where the view showed it then; None for where the last message has it.
         """
@@ -95,7 +95,7 @@ class Drags:
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
         """A hand has moved a handle; False as of `hold`.
 
-        Where it has not said that it takes hold, it does so here: RViz reports the pose first, and the press then.
+        If it has not said that it takes hold, it does so here: RViz reports the pose first, and the press then.
 
         Args:
             frame: the frame that the pose is in.
@@ -117,7 +117,7 @@ class Drags:
                 drag.heard = time.monotonic()
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
-        """A hand has let go of a handle; False where it did not have it."""
+        """A hand has let go of a handle; False if it did not have it."""
         with self._wake:
             drag = self._held.get(name)
             if drag is None or drag.hand != hand:
@@ -143,7 +143,7 @@ class Drags:
             self._scene.say(handle, 'cannot undo: ' + reason)
 
     def _undo(self, name: str) -> str:
-        """Take the last drag of a handle back; why that is not done, '' where it is."""
+        """Take the last drag of a handle back; why that is not done, '' if it is."""
         past = self._past[name]
         reason = past[-1].take_back()
         if not past[-1].after:
@@ -151,7 +151,7 @@ class Drags:
         return reason
 
     def _drag_of(self, name: str, hand: str, frame: str, pose: Optional[PoseTuple]) -> Optional[Drag]:
-        """The drag of a hand, which begins at a pose where nobody has the handle; None where another hand has it."""
+        """The drag of a hand, which begins at a pose if nobody has the handle; None if another hand has it."""
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.handle(name)
@@ -240,7 +240,7 @@ class Drags:
             past.append(drag.request)
 
     def _next(self) -> Optional[Drag]:
-        """The next drag to follow; after a wait, None where there is none yet."""
+        """The next drag to follow; after a wait, None if there is none yet."""
         now = time.monotonic()
         for name in [name for name, drag in self._held.items() if now - drag.heard > SILENCE]:
             self._end_for(name)  # as if it had let go
@@ -282,7 +282,7 @@ class Drags:
         error = self._why_raised(drag) if drag.request.after and drag.fault is None else ''
         if error:
             drag.fault = f'{error}; {self._take_back(drag)}'
-        # An answer that can only be reached by a leap is one when the hand lets go, where nothing has followed it yet.
+        # An answer that can only be reached by a leap is one when the hand lets go, if nothing has followed it yet.
         may_leap = drag.is_over and not drag.followed and pose != drag.start
         has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
         if drag.fault is None and (pose != asked or (may_leap and has_no_answer)):
@@ -328,7 +328,7 @@ class Drags:
         return None
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
-        """Why what a hand took hold of is no longer there, '' where it is: its numbers are gone, as where somebody has
+        """Why what a hand took hold of is no longer there, '' if it is: its numbers are gone, as where somebody has
         saved a live script anew, and not merely without effect on it now, as in another branch of its node."""
         held = list(drag.handle.tracked)
         if set(values.sources(held)) <= set(values.sources(list(handle.tracked))):

@@ -77,7 +77,7 @@ def body(
         axes: those that they move along, as of Motions; all three mean the plane of the screen.
         shapes: Markers whose poses are relative to the interactive marker.
         turned: the rotation of the interactive marker against the frame that the axes belong to.
-        has_menu: whether a right click opens the menu even where no axis is movable.
+        has_menu: whether a right click opens the menu even if no axis is movable.
         is_button: whether a left click is not to open the menu then.
     """
     mode = InteractiveMarkerControl.NONE

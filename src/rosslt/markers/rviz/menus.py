@@ -48,7 +48,7 @@ class Menus:
         self._offers, self._redraw, self._free, self._selection = offers, redraw, free, selection
 
     def of(self, handle: Handle) -> Optional[Menu]:
-        """The menu of a handle; None where nothing of it is tracked."""
+        """The menu of a handle; None if nothing of it is tracked."""
         if not handle.tracked:
             return None
         choices = self._offers.choices(handle)

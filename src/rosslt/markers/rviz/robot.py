@@ -1,4 +1,4 @@
-"""Whether the robot of `robot_description` is there: RViz draws a white heap where no node says how its parts stand.
+"""Whether the robot of `robot_description` is there: RViz draws a white heap if no node says how its parts stand.
 
 The parameter server keeps the description when the robot's nodes have ended.
 """
@@ -48,7 +48,7 @@ _NAMES_IN: Dict[str, Callable[[Any], List[str]]] = {
 
 
 def parts_of(urdf: str) -> FrozenSet[str]:
-    """The names of a robot's joints, and of the links that they hold; none where the text is no URDF."""
+    """The names of a robot's joints, and of the links that they hold; none if the text is no URDF."""
     try:
         joints = list(ElementTree.fromstring(urdf).iter('joint'))
     except ElementTree.ParseError:

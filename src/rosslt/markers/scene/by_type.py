@@ -52,7 +52,7 @@ FRAME_TIMEOUT = 15
 
 ORIGIN: PoseTuple = (0.0, 0.0, 0.0, *IDENTITY)
 
-#: (name, the handle of that name, or None where it has none)
+#: (name, the handle of that name, or None if it has none)
 Named = Tuple[str, Optional[Handle]]
 
 

@@ -136,7 +136,7 @@ def _origin_of(handle: Handle) -> Optional[Origin]:
 
 
 def _are_same(first: Handle, second: Handle) -> bool:
-    """True where two handles whose positions come from the same sources stand on the same thing."""
+    """True if two handles whose positions come from the same sources stand on the same thing."""
     if distance(first.pose[:3], second.pose[:3]) > NEAR * max(first.size, second.size):
         return False
     for one, other in zip(first.position or (), second.position or ()):

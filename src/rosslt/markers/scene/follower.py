@@ -30,7 +30,7 @@ class Shown(NamedTuple):
     Attributes:
         known: what the rest of its drawing was computed from.
         drawing: its `draw_key`, the motions that it is drawn with, and the rest of its drawing.
-        pose: where it is shown; None where a hand has moved it.
+        pose: where it is shown; None if a hand has moved it.
     """
 
     known: Hashable

@@ -119,7 +119,7 @@ class Handle:
     #: Whether it is the body of its thing, or one of its points or sizes.
     level = BODY
 
-    #: The tracked or plain x, y and z where it stands, in its frame; None where it is no position.
+    #: The tracked or plain x, y and z where it stands, in its frame; None if it is no position.
     position: Optional[Tuple[Any, ...]] = None
 
     def __init__(
@@ -151,7 +151,7 @@ class Handle:
         raise NotImplementedError
 
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
-        """How far a pose has it turned around its only axis, in radians, where it can be turned more than once around.
+        """How far a pose has it turned around its only axis, in radians, if it can be turned more than once around.
 
         Args:
             near: of the turns that look alike, the one nearest to this is meant; by default nearest to the present one.
@@ -166,7 +166,7 @@ class Handle:
             turn: how far the drag has turned it, as of `turn`.
 
         Returns:
-            The targets, and what to tell a person of the limit that was met, '' where there is none.
+            The targets, and what to tell a person of the limit that was met, '' if there is none.
         """
         return targets, ''
 

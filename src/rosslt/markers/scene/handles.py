@@ -49,7 +49,7 @@ class PoseHandle(Handle):
         size: how large the thing is, in metres.
         shape_key: what its shapes depend on.
         shapes: as those of a Handle.
-        has_arrows: False where the shapes alone are to be grabbed, as there are many of their kind.
+        has_arrows: False if the shapes alone are to be grabbed, as there are many of their kind.
         is_planar: whether it moves in x and y and turns around z only.
         rank: as that of a Handle.
         has_points: whether the thing has tracked points, which move it as well.
@@ -186,7 +186,7 @@ class ScaleHandle(Handle):
         pose: the pose of the thing.
         start: where the size is measured from, in the coordinates of the thing.
         axis: 0, 1 or 2 for x, y or z of the thing, along which the handle moves.
-        reach: how far out the handle stands for each metre of the size: 0.5 where the thing grows both ways.
+        reach: how far out the handle stands for each metre of the size: 0.5 if the thing grows both ways.
         scale: the size itself.
         size: the side of the cube, in metres.
         thing: as that of a Handle.
@@ -250,7 +250,7 @@ def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
 def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) -> float:
     """By what a rotation of length 1 is multiplied to be asked of a quaternion, any multiple of which is that rotation.
 
-    Plain parts stay as they are: where some are not 0, the multiple is the one that has them, or comes nearest.
+    Plain parts stay as they are: if some are not 0, the multiple is the one that has them, or comes nearest.
     """
     plain = [(part, goal) for part, goal in zip(orientation, rotation) if not has_source(part) and abs(part) > TILT]
     square = sum(goal * goal for _, goal in plain)

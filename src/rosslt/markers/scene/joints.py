@@ -107,7 +107,7 @@ _description_for = functools.lru_cache(maxsize=None)(node.description_for)
 
 
 def _joints_for(topic: str) -> Dict[str, node.Joint]:
-    """{name: Joint} of the robot that a topic is about, empty where there is no description of it."""
+    """{name: Joint} of the robot that a topic is about, empty if there is no description of it."""
     try:
         parameter = _description_for(topic)
     except LookupError:

@@ -48,7 +48,7 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
     can_be_moved = any(map(has_source, pose_tuple(marker.pose)))
     can_be_scaled = any(map(has_source, (scale.x, scale.y, scale.z)))
     has_points = marker.type in LISTS or (marker.type == Marker.ARROW and len(marker.points) > 1)
-    # RViz multiplies the corners of triangles by the scale: they have handles where it is 1.
+    # RViz multiplies the corners of triangles by the scale: they have handles if it is 1.
     is_unscaled = marker.type != Marker.TRIANGLE_LIST or (scale.x, scale.y, scale.z) == (1.0, 1.0, 1.0)
     points = [
         (index, point)
@@ -109,7 +109,7 @@ def scale_start(marker: Marker, has_points: bool) -> Vector:
 
 
 def scale_reach(marker: Marker, has_points: bool, axis: int) -> float:
-    """The distance of the edge for each metre of one of the sizes; 0 where RViz ignores that size."""
+    """The distance of the edge for each metre of one of the sizes; 0 if RViz ignores that size."""
     kind = marker.type
     if kind in SHAPES or kind in BODIES_AT_POINTS:
         return 0.5
@@ -169,7 +169,7 @@ def extent(marker: Marker) -> float:
 
 
 def handle_color(marker: Marker) -> Vector:
-    """The color of a marker's handles: its own, where it has one."""
+    """The color of a marker's handles: its own, if it has one."""
     color = marker.color
     found = (float(color.r), float(color.g), float(color.b))
     return found if any(found) else COLOR

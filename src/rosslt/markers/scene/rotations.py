@@ -74,7 +74,7 @@ class _Span:
         return math.hypot(*self._rest(direction)) < SMALL
 
     def add(self, direction: Sequence[float]) -> bool:
-        """Add a direction; False where it is among them already."""
+        """Add a direction; False if it is among them already."""
         rest = self._rest(direction)
         length = math.hypot(*rest)
         if length < SMALL:

@@ -30,7 +30,7 @@ MARKER_TYPES = (Marker._type, MarkerArray._type)
 #: The period in which the same warning is repeated at most, in seconds.
 WARNING_PERIOD = 60.0
 
-#: (namespace, id) of a marker, the name of a frame, or () where a message is one thing.
+#: (namespace, id) of a marker, the name of a frame, or () if a message is one thing.
 Key = Tuple[Any, ...]
 
 
@@ -50,7 +50,7 @@ class News(NamedTuple):
     """Changes that a view has to show.
 
     Attributes:
-        handles: {name: the handle, or None where it is shown no more}.
+        handles: {name: the handle, or None if it is shown no more}.
         let_go: the names of handles whose drags have ended: they are to be shown where the scene has them, as a hand
             has moved them.
         said: each handle and the text to be shown at it.
@@ -102,7 +102,7 @@ class Scene:
             return [name for name in self._handles if self._duplicates.is_shown(name)]
 
     def origin(self, name: str) -> Tuple[str, str]:
-        """(topic, publisher) of the last message that shows a handle; ('', '') where there is none of that name."""
+        """(topic, publisher) of the last message that shows a handle; ('', '') if there is none of that name."""
         with self._lock:
             for topic, things in self._things.items():
                 for thing in things.values():

@@ -232,7 +232,7 @@ def _check_numbers(
     origins: Sequence[int],
     slopes: Sequence[int],
 ) -> None:
-    """Check the numbers of each field, where some name more than single sources, and count the terms of all sums."""
+    """Check the numbers of each field, if some name more than single sources, and count the terms of all sums."""
     singles = len(tables.coefficients)
     lists_from = tables.sources.size
     expressions_from = lists_from + len(tables.source_lists)

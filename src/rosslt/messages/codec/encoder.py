@@ -169,7 +169,7 @@ def _columns_of(fields: Sequence[Tuple[int, int, int]], has_coefficients: bool) 
 
 
 def _affine(value: Scalar) -> Optional[Terms]:
-    """`values.affine`; None as well where the slopes are larger than any float."""
+    """`values.affine`; None as well if the slopes are larger than any float."""
     try:
         return affine(value)
     except ArithmeticError:
@@ -207,7 +207,7 @@ class _Encoder:
             self._leave_out(index, error)
 
     def add_expressions(self, leaves: Sequence[Leaf], full_history: bool) -> bool:
-        """Add leaves that are sent as instructions; returns False where the full history of them is too long."""
+        """Add leaves that are sent as instructions; returns False if the full history of them is too long."""
         instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
             # A value was received with a provenance that does not make it: what has no other source has none.
@@ -289,7 +289,7 @@ class _Encoder:
         return True
 
     def encoded(self) -> bytes:
-        """The provenance of all that was added; b'' where that is nothing."""
+        """The provenance of all that was added; b'' if that is nothing."""
         if not (self.fields or self._roots):
             return b''
         tables = self.tables

@@ -145,7 +145,7 @@ class _InstructionReader:
         self._reader = reader
         self._tables = tables
         self._read: List[tuple] = []
-        self._numbers: List[int] = []  # of each instruction that of the source, where it is one with a number
+        self._numbers: List[int] = []  # of each instruction that of the source, if it is one with a number
         self._terms_left = TERM_LIMIT
 
     def instructions(self) -> List[tuple]:
@@ -232,7 +232,7 @@ class ReceivedExpressions:
         self._faults: Dict[int, Exception] = {}
 
     def value(self, index: int, expected: Scalar, kind: str) -> Any:
-        """The tracked value that an instruction makes; `()`, no provenance, where it does not make the field's.
+        """The tracked value that an instruction makes; `()`, no provenance, if it does not make the field's.
 
         Args:
             index: of the instruction.
@@ -254,7 +254,7 @@ class ReceivedExpressions:
 
 
 def computed(instructions: Sequence[tuple], faults: Dict[int, Exception]) -> List[Any]:
-    """The values that instructions make, where computing them takes neither long nor much memory.
+    """The values that instructions make, if computing them takes neither long nor much memory.
 
     Args:
         instructions: for `values.assemble`.

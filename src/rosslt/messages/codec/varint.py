@@ -1,7 +1,7 @@
 """Numbers of variable length (varints), strings and floats as bytes, in columns.
 
 A varint holds seven bits a byte, the lowest first, with the highest bit set on all bytes but the last. Columns of
-varints are quick to read in Python: where each takes one byte, the bytes themselves are the column.
+varints are quick to read in Python: if each takes one byte, the bytes themselves are the column.
 """
 
 import math
@@ -16,14 +16,14 @@ VARINT_LIMIT = 10
 """The most bytes that a varint takes: 64 bits and the sign that `zigzag` adds."""
 
 LONG_COLUMN = 256
-"""Columns of so many varints are read by NumPy, where they are not bytes."""
+"""Columns of so many varints are read by NumPy, if they are not bytes."""
 
 SMALL = 1 << 32
 """Floats without a fraction below that are sent as integers."""
 
 
 def zigzag(number: int) -> int:
-    """A signed integer as an unsigned one, small where it is near 0: 0, -1, 1, -2 become 0, 1, 2, 3."""
+    """A signed integer as an unsigned one, small if it is near 0: 0, -1, 1, -2 become 0, 1, 2, 3."""
     return number * 2 if number >= 0 else -number * 2 - 1
 
 
@@ -120,7 +120,7 @@ class Reader:
         return numbers
 
     def _long_column(self, count: int) -> Optional[List[int]]:
-        """The next `count` varints; None where one of them is not right."""
+        """The next `count` varints; None if one of them is not right."""
         room = min(len(self.data) - self.at, VARINT_LIMIT * count)
         part = numpy.frombuffer(self.data, numpy.uint8, room, self.at)
         ends = numpy.flatnonzero(part < 128)[:count]

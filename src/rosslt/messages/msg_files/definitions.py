@@ -44,7 +44,7 @@ def short_name(type_: str) -> str:
 
 
 def long_name(type_: str) -> str:
-    """Return the name of a tracked type with its package, for use where names clash: GeometryMsgsPoseTracked."""
+    """Return the name of a tracked type with its package, for use if names clash: GeometryMsgsPoseTracked."""
     package, short = split_type(type_)
     return ''.join(word.capitalize() for word in package.split('_')) + short + SUFFIX
 
@@ -61,7 +61,7 @@ def definition_of_tracked(name: str) -> str:
 
 
 def data_type(text: str) -> Optional[str]:
-    """The message type that the text of a `.msg` file makes a tracked type of; None where it makes none."""
+    """The message type that the text of a `.msg` file makes a tracked type of; None if it makes none."""
     fields = [line.split('#')[0].split() for line in text.splitlines()]
     fields = [field for field in fields if field]
     if len(fields) == 2 and fields[0] == [PROVENANCE, FIELDS[0]] and fields[1][1:] == FIELDS[1:]:

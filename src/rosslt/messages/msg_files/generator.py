@@ -31,7 +31,7 @@ def tracked_names(types: Sequence[str], name: Optional[str] = None) -> Dict[str,
 
     Args:
         types: distinct message types.
-        name: the tracked type's name, without `.msg`, where there is one type only.
+        name: the tracked type's name, without `.msg`, if there is one type only.
 
     Returns:
         {tracked type's name: message type}; names that clash carry their package's in front.

@@ -43,7 +43,7 @@ class Change(NamedTuple):
 
 
 class Asker(Protocol):
-    """A node or command that asks for changes: its name, and what it knows of sources. Where it has locations of its
+    """A node or command that asks for changes: its name, and what it knows of sources. If it has locations of its
     own, their services are its methods."""
 
     @property
@@ -168,7 +168,7 @@ def force_value(
 ) -> Dict[values.Source, Change]:
     """Have `x` become `target` in the next message: solve for its sources, and have their owners change them.
 
-    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). Where several nodes own
+    Waits for the owners' answers (the paper's `force_value`, section IV-A, acknowledged). If several nodes own
     sources of `x`, all of them change or none: each is asked first whether it would take its part, and where one
     refuses or dies nevertheless, the others are taken back.
 
@@ -230,7 +230,7 @@ def solved(
 
 
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:
-    """{Source: Change} of {node: changes}; raises Refused where one is no JSON scalar."""
+    """{Source: Change} of {node: changes}; raises Refused if one is no JSON scalar."""
     return {
         values.Source(node, change.location_id): Change(from_json(change.old_value), from_json(change.new_value))
         for node, changed in changes.items()
@@ -307,7 +307,7 @@ def undo() -> Dict[values.Source, Change]:
     """Take the last change of this node's locations back.
 
     Returns:
-        {Source: Change(old, new)}, empty where there was nothing to take back.
+        {Source: Change(old, new)}, empty if there was nothing to take back.
 
     Raises:
         ChangeRejected: the node takes no changes now, or a setter refuses the old value.
@@ -324,7 +324,7 @@ def undo() -> Dict[values.Source, Change]:
 
 
 class Undone(NamedTuple):
-    """The result of taking a request back: what has changed in each node, and the reasons where not all of it was
+    """The result of taking a request back: what has changed in each node, and the reasons if not all of it was
     taken back; then nothing has changed, but for what could not be restored."""
 
     changes: Dict[str, List[msg.AppliedChange]]
@@ -332,7 +332,7 @@ class Undone(NamedTuple):
 
 
 def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout: float) -> Undone:
-    """Take back what a request has changed, in all nodes that have a part in it or, where one does not, in none.
+    """Take back what a request has changed, in all nodes that have a part in it or, if one does not, in none.
 
     Args:
         request_id: as in their histories.

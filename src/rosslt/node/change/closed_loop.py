@@ -1,7 +1,7 @@
 """The closed loop: solve, change, look at what comes, at most so many times.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
-round, or go on from what it has summed up. So the next messages are looked at; where the field is not what was wanted,
+round, or go on from what it has summed up. So the next messages are looked at; if the field is not what was wanted,
 the new message's expression is solved, and so on. `forcing` feeds it with the messages of a topic, drags with those of
 the thing that was dropped.
 """
@@ -27,20 +27,20 @@ class ClosedLoop:
         rounds: how many times at most.
         timeout: how long to wait for a message that shows a change, in seconds.
         moved_before: whether the field moved before it was changed: only then it is believed to move by itself.
-        leaves_moving: for a thing that a hand has dropped: it is solved again only where it has stood still for LOOK,
-            and left alone where it has not.
+        leaves_moving: for a thing that a hand has dropped: it is solved again only if it has stood still for LOOK,
+            and left alone if it has not.
 
     Attributes:
-        is_over, is_reached: whether it is at its end, and the field as wanted, or as near as NEAR where it comes no
-            nearer. One that moves by itself is as wanted where it was solved for its moment: computed as it was then,
+        is_over, is_reached: whether it is at its end, and the field as wanted, or as near as NEAR if it comes no
+            nearer. One that moves by itself is as wanted if it was solved for its moment: computed as it was then,
             and no further off than it moves.
         moves: whether the field moves after the change.
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
-        other: those without any of the changed sources; they count where `seen` stays empty.
+        other: those without any of the changed sources; they count if `seen` stays empty.
         old: how many still had an old value of a changed source.
-        last: the observation that is the result; None where no message shows the change.
+        last: the observation that is the result; None if no message shows the change.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class ClosedLoop:
         self._nearest = math.inf
 
     def take(self, observation: Optional[Observation]) -> None:
-        """Take in what a message shows; None where it has no such field."""
+        """Take in what a message shows; None if it has no such field."""
         if observation is None:
             return
         shown = self._request.shown_by(observation.expression.readings)
@@ -95,7 +95,7 @@ class ClosedLoop:
                 self.pass_time()
 
     def pass_time(self) -> None:
-        """Judge what was seen of a change, at `end` if not earlier, and solve that where it is not what was wanted."""
+        """Judge what was seen of a change, at `end` if not earlier, and solve that if it is not what was wanted."""
         seen = self.seen or self.other
         if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
             self.is_over = True

@@ -1,7 +1,7 @@
 """Two-phase commit: changes of several nodes, all of them or none.
 
 All nodes are asked to prepare their part, one after the other in the order of their names, so that two requesters never
-wait for each other; then all commit it. Where one does not, the others abort, and take back what they have committed. A
+wait for each other; then all commit it. If one does not, the others abort, and take back what they have committed. A
 single node changes at once. `commit_participant` is the side of the nodes.
 """
 
@@ -17,7 +17,7 @@ from rosslt.node.service_calls import ask_all
 
 
 class Part(NamedTuple):
-    """The part of one node: locations that get values, JSON scalars; none where a request is to be taken back."""
+    """The part of one node: locations that get values, JSON scalars; none if a request is to be taken back."""
 
     location_ids: Sequence[int] = ()
     values: Sequence[str] = ()
@@ -28,7 +28,7 @@ class Committed(NamedTuple):
 
     Attributes:
         changes: what is changed now: everything, or, after a failure, what could not be taken back.
-        reasons: why a node refuses, one for each of its locations, '' where it does not.
+        reasons: why a node refuses, one for each of its locations, '' if it does not.
         silent: why a node does not answer.
         taken_back: what was changed, and has the former value again.
         left: why what a node has changed could not be taken back; of a silent node, that it is not known.
@@ -42,7 +42,7 @@ class Committed(NamedTuple):
 
     @property
     def is_done(self) -> bool:
-        """True where all nodes have done their part."""
+        """True if all nodes have done their part."""
         return not self.reasons and not self.silent
 
 
@@ -50,10 +50,10 @@ def commit(own: object, parts: Mapping[str, Part], requester: str, request_id: s
     """Have nodes do their parts, all or none.
 
     Args:
-        own: this node, which has a name and is asked without the network where it takes part.
+        own: this node, which has a name and is asked without the network if it takes part.
         parts: {node: what it has to do}.
         requester: who asks.
-        request_id: that of the request in the nodes' histories; the one to take back where parts are empty.
+        request_id: that of the request in the nodes' histories; the one to take back if parts are empty.
         deadline: on the monotonic clock; taking back may take ABORT_TIMEOUT longer.
 
     Raises:

@@ -1,7 +1,7 @@
 """Changes of this node's locations: applied at once, or its part in the two-phase commit of several nodes.
 
 A node that takes part says whether it would apply its part, and reserves the locations (phase `prepare`); then the
-requester has all nodes `commit` or `abort`. What is prepared ends by itself. Where the requester is not heard of again,
+requester has all nodes `commit` or `abort`. What is prepared ends by itself. If the requester is not heard of again,
 the node asks the others: if one of them has applied its part, this one does as well; while one is applying it, this one
 waits. `commit_coordinator` is the side of the requester.
 """
@@ -306,12 +306,12 @@ class CommitParticipant:
 
 
 def _caller(request: srv.ChangeSourcesRequest) -> str:
-    """The node that a request came from; '' where this process has made it."""
+    """The node that a request came from; '' if this process has made it."""
     return (getattr(request, '_connection_header', None) or {}).get('callerid', '')
 
 
 def _check(request: srv.ChangeSourcesRequest) -> None:
-    """Raises rospy.ServiceException where a request makes no sense."""
+    """Raises rospy.ServiceException if a request makes no sense."""
     problem: Optional[str] = None
     if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK):
         problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'

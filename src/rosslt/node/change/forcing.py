@@ -29,7 +29,7 @@ OWNER_TIMEOUT = 2.0
 #: The period of checking, while no message comes, whether a callback of the node has raised, in seconds.
 ERROR_PERIOD = 0.1
 
-#: Fields that say what a message is about, where a node sends several things on one topic.
+#: Fields that say what a message is about, if a node sends several things on one topic.
 NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
     Attributes:
         changes: {Source: Change(old, new)}: before the first round, and after the last one.
         wanted: the target.
-        seen: the field in the last message that was looked at, plain; None where none came.
+        seen: the field in the last message that was looked at, plain; None if none came.
         is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
             moves by itself: whether it was solved for the moment it was seen at, and is no further from it than it
             moves by itself.
@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
         rounds: how many times it was solved.
         messages: how many messages of the publisher came after the first change, up to the one that was seen.
         milliseconds: from the first request to that message.
-        reason: why it was not reached, as far as known; '' where it was.
+        reason: why it was not reached, as far as known; '' if it was.
         is_taken_back: whether all changes have been taken back.
         is_near: whether messages have the wanted value to a relative 1e-6 only, and come no nearer.
     """
@@ -86,7 +86,7 @@ class NotReached(values.Error):
 
 
 def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
-    """The thing that a message is about, where nodes send several on one topic: what its names are.
+    """The thing that a message is about, if nodes send several on one topic: what its names are.
 
     Args:
         path: the field in question, which is no name of it.
@@ -127,7 +127,7 @@ def force_field(
         sources: change no other than these.
         rounds: how many times it is solved at most.
         timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
-        keep_anyway: leave the changes where the target is not reached; otherwise they are taken back.
+        keep_anyway: leave the changes if the target is not reached; otherwise they are taken back.
 
     Returns:
         The Outcome: what has changed, what was seen, and after how many messages and milliseconds. A field that moves
@@ -165,7 +165,7 @@ class Forcing:
         sources: change no other than these.
         rounds: how many times it is solved at most.
         timeout: how long to wait for a message that shows a change, in seconds.
-        keep_anyway: leave the changes where the target is not reached.
+        keep_anyway: leave the changes if the target is not reached.
     """
 
     asker: Asker
@@ -294,7 +294,7 @@ class Forcing:
         return not lost
 
     def _why_raised(self) -> str:
-        """The error that a change has made a node raise; '' where there is none, or a message shows the change."""
+        """The error that a change has made a node raise; '' if there is none, or a message shows the change."""
         if self._loop.seen:
             return ''
         return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)

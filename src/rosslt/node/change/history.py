@@ -62,7 +62,7 @@ class History:
         self._unclaimed: Dict[str, Tuple[int, Scalar, Scalar]] = {}
 
     def begin(self, text: Any) -> None:
-        """Begin with the last request of an earlier run, as `last` has written it, and without where none has."""
+        """Begin with the last request of an earlier run, as `last` has written it, and without if none has."""
         try:
             request_id, requester, secs, nsecs, changes = json.loads(text)
             stamp = rospy.Time(secs, nsecs)
@@ -80,7 +80,7 @@ class History:
             self._earlier.changes[location] = old, new
 
     def last(self) -> str:
-        """The last request that has not been taken back, as a text for `begin`; '' where there is none."""
+        """The last request that has not been taken back, as a text for `begin`; '' if there is none."""
         request = next(self._left(), None)
         if request is None:
             return ''
@@ -118,7 +118,7 @@ class History:
         return bool(request_id) and {one.undone for one in self._requests if one.id == request_id} == {True}
 
     def latest(self, request_id: str) -> Optional[Request]:
-        """The latest part of a request that has not been taken back; None where there is none."""
+        """The latest part of a request that has not been taken back; None if there is none."""
         return next((one for one in self._left() if one.id == request_id), None)
 
     def withdraw(self, request_id: str, values: Dict[Location, Scalar]) -> None:
@@ -143,7 +143,7 @@ class History:
             present: the locations that there are, by id; what was changed in others cannot be taken back.
 
         Returns:
-            (the requests, {Location: value that it gets again}); both empty where there is nothing to take back.
+            (the requests, {Location: value that it gets again}); both empty if there is nothing to take back.
 
         Raises:
             Refused: another request has changed one of the locations since.

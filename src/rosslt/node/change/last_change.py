@@ -33,14 +33,14 @@ def taking_part(
 ) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
     """Like `histories`, but without nodes that have ended, which have nothing to take back.
 
-    Where another one is silent, what it has changed is not known: nothing is to be taken back.
+    If another one is silent, what it has changed is not known: nothing is to be taken back.
     """
     found, silent = histories(nodes, request_id, timeout)
     return found, {name: reason for name, reason in silent.items() if not has_ended(reason)}
 
 
 def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.RecordedChange]:
-    """The last change in histories that has not been taken back; None where there is none.
+    """The last change in histories that has not been taken back; None if there is none.
 
     A node says in which order its own changes came. Those of several nodes are compared by the time of ROS and, where
     that has stood still, by their ids (`history.new_request_id`).

@@ -21,7 +21,7 @@ class Locking:
     Args:
         owner: this node as the owner of locations.
         parameters: its parameters.
-        wait_for_reserved: waits until nobody is changing locations; raises Refused where that takes too long.
+        wait_for_reserved: waits until nobody is changing locations; raises Refused if that takes too long.
     """
 
     def __init__(

@@ -49,7 +49,7 @@ class Access:
         self._node = node
 
     def check(self, location: str, requester: str) -> None:
-        """Raises Refused, with who and why, where a requester may not change a location of that name."""
+        """Raises Refused, with who and why, if a requester may not change a location of that name."""
         for name in (WHOLE, location):
             lock = self.locks.get(name)
             if lock is not None:
@@ -66,7 +66,7 @@ class Access:
         return any(fnmatch.fnmatchcase(requester, pattern) for pattern in self.accepted_from)
 
     def set(self, name: str, value: Any) -> None:
-        """A parameter of SETTINGS was set; `{}` where it was deleted."""
+        """A parameter of SETTINGS was set; `{}` if it was deleted."""
         if name == ACCEPT_FROM:
             names = [value] if isinstance(value, str) else value
             if value == {}:

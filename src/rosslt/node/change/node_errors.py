@@ -39,7 +39,7 @@ class NodeErrors:
 
     def raised_since(self, nodes: Collection[str], since: float) -> str:
         """The first error in one of these nodes since a time of `time.monotonic` that it has not raised before, as a
-        sentence; '' where there is none."""
+        sentence; '' if there is none."""
         raised = [one for one in list(self._raised) if one.node in nodes]
         known = {(one.node, one.text) for one in raised if one.at < since}
         new = [one for one in raised if one.at >= since and (one.node, one.text) not in known]

@@ -13,7 +13,7 @@ NEAR = 1e-6
 class Expression:
     """The expression that computed a part of a message, without its numbers.
 
-    Where a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
+    If a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
 
     Args:
         part: a scalar, a message or an array, with tracked leaves.

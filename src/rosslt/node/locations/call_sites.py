@@ -27,7 +27,7 @@ class CallSite(NamedTuple):
 
     Attributes:
         function: the names of the classes and functions around it, `Talker.target`; '' at the top of the file.
-        target: the variable, attribute or keyword that is set to it, '' where there is none.
+        target: the variable, attribute or keyword that is set to it, '' if there is none.
         identity: identifies it within its file, also after edits elsewhere.
     """
 
@@ -48,7 +48,7 @@ class CallSite(NamedTuple):
 def call_site(frame: FrameType) -> CallSite:
     """The call that a frame is making.
 
-    Where the file cannot be read, or is not the one that runs, the column is 1 on a Python that does not keep columns.
+    If the file cannot be read, or is not the one that runs, the column is 1 on a Python that does not keep columns.
     """
     code = frame.f_code
     lines = linecache.getlines(code.co_filename, frame.f_globals)

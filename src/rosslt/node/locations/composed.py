@@ -39,7 +39,7 @@ class _Composed:
 
 
 def readable(literal: object, leaf: _Leaf) -> Readable:
-    """The Readable of a literal: its location where it is a scalar.
+    """The Readable of a literal: its location if it is a scalar.
 
     Args:
         literal: a float, int, str or bool; or a message, list or dict of them.

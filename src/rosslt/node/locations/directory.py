@@ -70,7 +70,7 @@ class Place(NamedTuple):
 
     @property
     def value(self) -> Any:
-        """Its plain value when its owner was asked; None where it had none, as `location.fault` says."""
+        """Its plain value when its owner was asked; None if it had none, as `location.fault` says."""
         return from_json(self.location.value) if self.location.value else None
 
     @property
@@ -107,7 +107,7 @@ class Directory:
     """A cache of what owners report about their locations.
 
     Args:
-        own: looks up a location of this node by its id; None where this process has none of its own.
+        own: looks up a location of this node by its id; None if this process has none of its own.
         node: gives the full name of this node.
 
     Attributes:
@@ -130,17 +130,17 @@ class Directory:
         self._lock = threading.Lock()
 
     def of(self, source: values.Source) -> Optional[Place]:
-        """The Place of a source, as far as known; None where its owner does not know it or has not answered."""
+        """The Place of a source, as far as known; None if its owner does not know it or has not answered."""
         if self._own is not None and source.node == self._node():
             location = self._own(source.location_id)
             return location and Place(source.node, location)
         return self._known.get(source)
 
     def describe(self, source: values.Source) -> Optional[str]:
-        """The name of a source in explanations and errors; None where nothing is known of it yet.
+        """The name of a source in explanations and errors; None if nothing is known of it yet.
 
         `radius, talker.py:12:9`, and `talker.py:12:9` for a location without a name; with the node's name in front
-        where another node has such a location.
+        if another node has such a location.
         """
         self.look_up([source])
         place = self.of(source)
@@ -150,7 +150,7 @@ class Directory:
         return f'{place.node}: {text}' if self.has_twin(place) else text
 
     def has_twin(self, place: Place) -> bool:
-        """True where another node has the same location, as one file was started twice."""
+        """True if another node has the same location, as one file was started twice."""
         if self._own is not None and place.node != self._node():
             own = self._own(place.location.id)
             if own is not None and own.file == place.location.file:
@@ -164,12 +164,12 @@ class Directory:
             )
 
     def short_file(self, source: values.Source) -> Optional[str]:
-        """The file and line of a source, `talker.py:12:9`; None where that is not known."""
+        """The file and line of a source, `talker.py:12:9`; None if that is not known."""
         place = self.of(source)
         return place and place.short_file
 
     def name(self, source: values.Source) -> str:
-        """The name of a source; node and id where nothing else is known."""
+        """The name of a source; node and id if nothing else is known."""
         place = self.of(source)
         return place.name if place else str(source)
 
@@ -186,10 +186,10 @@ class Directory:
         return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
 
     def limits(self, sources: Sequence[values.Source], timeout: float) -> Dict[str, Any]:
-        """The limits of sources that `solve` takes; their owners are asked where that was long ago.
+        """The limits of sources that `solve` takes; their owners are asked if that was long ago.
 
         Returns:
-            The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` where owners say some.
+            The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` if owners say some.
         """
         self.learn(sources, timeout, FRESH)
         known = [(source, place) for source, place in ((source, self.of(source)) for source in sources) if place]
@@ -267,7 +267,7 @@ class Directory:
     def _ask(
         self, sources_by_node: Mapping[str, Sequence[values.Source]], timeout: float, makes_known: bool = False
     ) -> Tuple[Dict[str, List[Place]], Dict[str, str]]:
-        """Ask nodes for sources of theirs: for all of them where a node has not told them yet, or none is named."""
+        """Ask nodes for sources of theirs: for all of them if a node has not told them yet, or none is named."""
         if not sources_by_node:
             return {}, {}
         ids_by_node = {
@@ -306,6 +306,6 @@ class Directory:
 
 
 def _is_news(known: Optional[Place], told: Place) -> bool:
-    """True where an owner says anything new of a location, but for its value."""
+    """True if an owner says anything new of a location, but for its value."""
     fields = [field for field in msg.Location.__slots__ if field != 'value']
     return known is None or any(getattr(known.location, field) != getattr(told.location, field) for field in fields)

@@ -25,9 +25,9 @@ class Location:
 
     Attributes:
         id: 48 bits, the same after a restart.
-        name: below `<node>/rosslt/`; a full name where it is a parameter elsewhere.
-        is_named: False where the code gives no name, and the name is made of file and line.
-        literal: the value in the code, None where that is no literal.
+        name: below `<node>/rosslt/`; a full name if it is a parameter elsewhere.
+        is_named: False if the code gives no name, and the name is made of file and line.
+        literal: the value in the code, None if that is no literal.
         site: the CallSite that created it.
         source: the location as a Source.
         type: `float`, `int`, `str` or `bool`.
@@ -35,13 +35,13 @@ class Location:
         tracked: the same, tracked.
         minimum, maximum: bounds, or None.
         sendable: the least and the greatest number that the fields hold which it is sent in as it is.
-        read_only: True where no change is taken.
-        weight: how hard it is to move, against 1.0 of others; None where nobody has said it.
-        rank: how willingly it is changed where several locations could be: 0 first.
-        unsaved: why its value cannot be written where the code says it; '' where it can.
+        read_only: True if no change is taken.
+        weight: how hard it is to move, against 1.0 of others; None if nobody has said it.
+        rank: how willingly it is changed if several locations could be: 0 first.
+        unsaved: why its value cannot be written where the code says it; '' if it can.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
-        is_shared: True where several calls in the code give its name, each with a literal.
+        is_shared: True if several calls in the code give its name, each with a literal.
         turn: how often it has been changed.
     """
 
@@ -103,11 +103,11 @@ class Location:
 
     @property
     def value_in_code(self) -> Optional[Scalar]:
-        """The value that the code gives where it was read; None where it was not read there."""
+        """The value that the code gives where it was read; None if it was not read there."""
         return self.literal
 
     def find_in(self, source: files.SourceText) -> Optional[int]:
-        """The index of the literal in its file, as that was when it was loaded, that is its value; None where none
+        """The index of the literal in its file, as that was when it was loaded, that is its value; None if none
         is."""
         return None
 
@@ -303,7 +303,7 @@ class ParameterLocation(HeldLocation):
         defaults: where the code's default is found.
 
     Attributes:
-        unsaved: why its value cannot be written into the default in the code; '' where it can.
+        unsaved: why its value cannot be written into the default in the code; '' if it can.
         staying: readings that the node may compare with what it reads again in its rounds. They stay; what it has
             computed of them follows.
     """
@@ -422,7 +422,7 @@ class Locations:
 
     def add(self, location: Location) -> Location:
         """Take a new location in, and return the one that is in force: an earlier one of the same name and literal,
-        or of the same call where the code has been loaded twice.
+        or of the same call if the code has been loaded twice.
 
         Raises:
             ValueError: its name or its id is taken by another call.
@@ -447,7 +447,7 @@ class Locations:
             )
 
     def is_taken(self, name: str) -> bool:
-        """True where a location has that name."""
+        """True if a location has that name."""
         return name in self._by_name
 
     def _conflicting_location(self, name: str) -> Optional[Location]:
@@ -483,7 +483,7 @@ def _has_same_literal(other: Location, location: Location) -> bool:
 
 
 def _has_limits_of(other: Location, location: Location) -> bool:
-    """True where a location has the limits of an earlier one, or leaves them out."""
+    """True if a location has the limits of an earlier one, or leaves them out."""
     return (location.minimum, location.maximum, location.read_only) in (
         (None, None, False),
         (other.minimum, other.maximum, other.read_only),

@@ -10,7 +10,7 @@ CHANGE_LOCK = threading.RLock()
 
 @contextlib.contextmanager
 def change_lock_released() -> Iterator[None]:
-    """Release CHANGE_LOCK where this thread holds it, and take it again, as `threading.Condition.wait` does."""
+    """Release CHANGE_LOCK if this thread holds it, and take it again, as `threading.Condition.wait` does."""
     lock: Any = CHANGE_LOCK
     if not lock._is_owned():
         yield

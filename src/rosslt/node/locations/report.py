@@ -43,7 +43,7 @@ def described(location: Location, is_locked: bool = False, at_next_start: str = 
 
 
 def _value_or_fault(location: Location) -> Tuple[str, str]:
-    """The value of a location, and the reason where it has none; one of both is ''."""
+    """The value of a location, and the reason if it has none; one of both is ''."""
     try:
         return to_json(location.value), ''
     except Refused as refused:

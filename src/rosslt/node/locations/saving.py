@@ -156,7 +156,7 @@ def _was_changed_earlier(place: Place, origin: Any) -> bool:
 
 
 def _why_not(place: Place, origin: Any) -> str:
-    """Why a parameter cannot be written back; '' where it can."""
+    """Why a parameter cannot be written back; '' if it can."""
     if not origin:
         return 'no file is known that it was read from; rosslt launch notes them'
     if origin.get('is_substituted'):
@@ -165,7 +165,7 @@ def _why_not(place: Place, origin: Any) -> str:
 
 
 def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
-    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' where
+    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' if
     it may. Launch files are included several times, and YAML files loaded in several namespaces."""
     own = _where(origins[place.location.name])
     others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
@@ -189,7 +189,7 @@ def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[Lis
     content = files.read_bytes(file)
     import rosparam  # noqa: F401 - teaches yaml to read angles
 
-    # By the <rosparam> of a launch file that they stand in; None where the file is YAML itself.
+    # By the <rosparam> of a launch file that they stand in; None if the file is YAML itself.
     in_yaml: Dict[Any, List[files.YamlChange]] = {}
     for place, origin in those:
         if 'path' in origin:

@@ -19,7 +19,7 @@ def follow_latched(publisher: object) -> None:
     """Have the last message of a latched publisher be published again after changes.
 
     Args:
-        publisher: a Publisher; its `publish_again` is called, with the message, where a change has set a part of it.
+        publisher: a Publisher; its `publish_again` is called, with the message, if a change has set a part of it.
     """
     with _lock:
         _publishers.add(publisher)

@@ -40,16 +40,16 @@ RECORDS = 'rosslt_records'
 #: The parameter in it that keeps the last request that has changed something, to be taken back after a restart.
 LAST_REQUEST = '_last_request'
 
-#: The thread tries again after this many seconds where the master does not answer.
+#: The thread tries again after this many seconds if the master does not answer.
 RETRY_PERIOD = 1.0
 
 
 class Parameters:
     """Keeps parameters and the values behind them equal, from `start` on.
 
-    `<node>/rosslt/<name>` shows the value of a literal, as JSON where no parameter can hold it. Beside it,
+    `<node>/rosslt/<name>` shows the value of a literal, as JSON if no parameter can hold it. Beside it,
     `<node>/rosslt_records/<name>` keeps the literal that stood in the code, the id of its location, and the value, as
-    JSON. Where the code says another literal at the next start, or another location has the name, what an earlier run
+    JSON. If the code says another literal at the next start, or another location has the name, what an earlier run
     left is void.
 
     Args:
@@ -60,7 +60,7 @@ class Parameters:
     Attributes:
         server: the parameter server.
         namespace: `<node>/rosslt`, '' before the node has a name.
-        last_request: the last request, as `History.last` has written it; '' where there is none.
+        last_request: the last request, as `History.last` has written it; '' if there is none.
     """
 
     def __init__(
@@ -98,11 +98,11 @@ class Parameters:
         threading.Thread(target=self._work, name='rosslt parameters', daemon=True).start()
 
     def setting(self, name: str) -> Tree:
-        """Return the value that was set in the namespace, None where nothing was."""
+        """Return the value that was set in the namespace, None if nothing was."""
         return part_of(self._own, name)
 
     def take_over(self, locations: Sequence[LiteralLocation]) -> None:
-        """Have literals that the node has read begin with what their parameters already say, where that still holds."""
+        """Have literals that the node has read begin with what their parameters already say, if that still holds."""
         kept = [(location, self._kept(location)) for location in locations]
         pairs = [(location, value) for location, value in kept if value is not None]
         try:
@@ -135,7 +135,7 @@ class Parameters:
         said, location_id, kept = record if len(record) == 3 else (location.literal, location.id, value)
         if is_sent_alike(value, as_shown(kept)):
             value = kept
-        # What says an int where a float is meant was taken for a float where it was edited in the running node.
+        # What says an int if a float is meant was taken for a float where it was edited in the running node.
         literal = float(location.literal) if type(said) is location.type is float else location.literal
         why = ''
         if location_id != location.id:
@@ -193,7 +193,7 @@ class Parameters:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
     def write_again(self, location: Location) -> None:
-        """Have the record of a literal say what the code says now, where there is one."""
+        """Have the record of a literal say what the code says now, if there is one."""
         if location in self._shown:
             self.write(location)
 
@@ -215,7 +215,7 @@ class Parameters:
         return bool(self._node) and any(is_within(key, f'{self._node}/{one}') for one in ('rosslt', RECORDS))
 
     def read(self, key: str) -> Tree:
-        """Read a parameter without the parts that rosslt stores for this node's locations; None where it is not set."""
+        """Read a parameter without the parts that rosslt stores for this node's locations; None if it is not set."""
         value = rest = self.server.get(key)
         if self._node and is_within(self._node, key):
             for namespace in ('rosslt', RECORDS):
@@ -313,7 +313,7 @@ class Parameters:
 
 
 def read_record(text: Tree) -> List[Tree]:
-    """The content of a record; nothing where it is none."""
+    """The content of a record; nothing if it is none."""
     try:
         record = json.loads(str(text))
     except (TypeError, ValueError, RecursionError):

@@ -35,7 +35,7 @@ def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maxi
     Args:
         number: what was read.
         changed: called when it has changed.
-        minimum, maximum: the bounds of the server, infinite where there are none.
+        minimum, maximum: the bounds of the server, infinite if there are none.
         unsaved: why the default in the code is not what it starts from.
     """
     owner = started('get_param')

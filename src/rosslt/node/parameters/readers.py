@@ -32,7 +32,7 @@ def check_readers(server: ParameterServer, own_name: str, ids: Dict[str, int]) -
         Refused: one of them does not; the text says which one, and why.
     """
     refusals: Dict[str, Dict[int, str]] = {}
-    with contextlib.suppress(*NO_MASTER):  # where nobody keeps settings, nobody refuses
+    with contextlib.suppress(*NO_MASTER):  # if nobody keeps settings, nobody refuses
         for node, access in _settings_of_others(server, own_name).items():
             for name, location_id in ids.items():
                 try:

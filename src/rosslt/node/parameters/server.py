@@ -84,7 +84,7 @@ class ParameterServer:
         self._xmlrpc.shutdown('the node is shut down')
 
     def get(self, key: str) -> Tree:
-        """Read a parameter or a tree of them; None where it is not set."""
+        """Read a parameter or a tree of them; None if it is not set."""
         with contextlib.suppress(rosgraph.MasterError):
             return self.master.getParam(key)
         return None
@@ -94,7 +94,7 @@ class ParameterServer:
         return list(self.master.getParamNames())
 
     def exchange(self, key: str, value: Tree) -> Tree:
-        """Set a parameter; returns what it said until then, None where it was not set."""
+        """Set a parameter; returns what it said until then, None if it was not set."""
         calls: Any = MultiCall(self.master.handle)
         calls.getParam(self._name, key)
         calls.setParam(self._name, key, value)
@@ -113,7 +113,7 @@ class ParameterServer:
                 rospy.logwarn('the parameter %s is not set: %s', key, message)
 
     def delete(self, key: str) -> None:
-        """Delete a parameter or a tree of them, where there is one."""
+        """Delete a parameter or a tree of them, if there is one."""
         with contextlib.suppress(rosgraph.MasterError):
             self.master.deleteParam(key)
 
@@ -177,7 +177,7 @@ def is_related(one: str, other: str) -> bool:
 
 
 def part_of(tree: Tree, key: str) -> Tree:
-    """The part of a tree of parameters that has that name; None where there is none."""
+    """The part of a tree of parameters that has that name; None if there is none."""
     for step in key.split('/'):
         if step:
             tree = tree.get(step) if isinstance(tree, dict) else None
@@ -195,7 +195,7 @@ def element_of(tree: Tree, key: str) -> Tree:
 
 
 def with_part(tree: Tree, key: str, value: Tree) -> Tree:
-    """A copy of a tree of parameters with another part of that name, or without it where the value is None."""
+    """A copy of a tree of parameters with another part of that name, or without it if the value is None."""
     first, _, rest = key.lstrip('/').partition('/')
     if not first:
         return value

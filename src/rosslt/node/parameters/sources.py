@@ -98,7 +98,7 @@ class ReadParameters:
                 self._take_default(key, site, default[0])
 
     def _take_default(self, key: str, where: Union[FrameType, CallSite], value: Tree) -> bool:
-        """Note what the code says for a parameter, which is its value while it is not set; False where parameters that
+        """Note what the code says for a parameter, which is its value while it is not set; False if parameters that
         were read before stand in the way, or where no parameter can hold it."""
         with self._owner.lock:
             if part_of(self._known, key) is None and (
@@ -168,7 +168,7 @@ class ReadParameters:
                 self.learn(key)
 
     def _take_in(self, key: str, value: Tree) -> None:
-        """Put in force what the master says of a parameter, None where it is not set. The lock is held."""
+        """Put in force what the master says of a parameter, None if it is not set. The lock is held."""
         known = with_part(self._known, key, value)
         said = self._scalars(known)
         try:
@@ -188,7 +188,7 @@ class ReadParameters:
             self._renew(known)
 
     def check_other_readers(self, locations: Collection[ParameterLocation]) -> None:
-        """Raises Refused where another node reads one of these parameters and does not let it be changed: it would set
+        """Raises Refused if another node reads one of these parameters and does not let it be changed: it would set
         it back, and this node would follow."""
         if locations:
             check_readers(self._parameters.server, self._owner.name, {one.name: one.id for one in locations})
@@ -245,7 +245,7 @@ class ReadParameters:
         return {name: value for name, value in plain if '//' not in name and _can_be_sent(value)}
 
     def _as_read(self, name: str, value: Scalar) -> Scalar:
-        """A scalar; an int is converted to a float where a float was asked for."""
+        """A scalar; an int is converted to a float if a float was asked for."""
         is_float = type(value) is int and any(is_within(name, key) for key in self._floats)
         return float(value) if is_float else value
 
@@ -259,7 +259,7 @@ class ReadParameters:
         return _leafwise(key.rstrip('/'), value, part)
 
     def _in_force(self, key: str) -> Tree:
-        """A parameter as it is to stand on the parameter server; None where there is nothing to be set."""
+        """A parameter as it is to stand on the parameter server; None if there is nothing to be set."""
         known = part_of(self._known, key)
         value = self._defaults.get(key) if known is None else known
         return None if value is None else self._mapped(key, value, operator.attrgetter('value'))
@@ -280,12 +280,12 @@ class ReadParameters:
         ]
 
     def _unit_of(self, name: str) -> str:
-        """The parameter that is written whole where a location has changed."""
+        """The parameter that is written whole if a location has changed."""
         unset = (key for key in self._defaults if is_within(name, key) and part_of(self._known, key) is None)
         return next(unset, '') or _unit(self._known, name)
 
     def _write(self, key: str) -> None:
-        """Set a parameter to what is in force. Where another process has set it since it was read, what that one has
+        """Set a parameter to what is in force. If another process has set it since it was read, what that one has
         changed is taken in, and written again together with what has changed here."""
         expected = part_of(self._known, key)
         while True:

@@ -1,6 +1,6 @@
 """This node's locations for the tools of dynamic_reconfigure: rqt_reconfigure, `dynparam` and its Python client.
 
-Where dynamic_reconfigure is not installed, there is nothing for them, and the node works without it.
+If dynamic_reconfigure is not installed, there is nothing for them, and the node works without it.
 """
 
 from typing import Callable
@@ -13,7 +13,7 @@ def serve(owner: Owner, background: Callbacks) -> Callable[[], None]:
     """Offer the locations of this node as the dynamic_reconfigure server `<node>/rosslt`.
 
     Returns:
-        What to call when locations were created, dropped or changed; it does nothing where dynamic_reconfigure is not
+        What to call when locations were created, dropped or changed; it does nothing if dynamic_reconfigure is not
         installed.
     """
     try:

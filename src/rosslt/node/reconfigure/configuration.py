@@ -96,7 +96,7 @@ class Configuration:
 
 
 def _readable(location: Location) -> Any:
-    """The value of a location, None where it has none or one that dynamic_reconfigure cannot show."""
+    """The value of a location, None if it has none or one that dynamic_reconfigure cannot show."""
     try:
         value = location.value
     except Refused:  # others are shown all the same
@@ -107,7 +107,7 @@ def _readable(location: Location) -> Any:
 
 
 def _fits(value: Scalar) -> bool:
-    """True where a scalar can be sent: ints have 32 bits."""
+    """True if a scalar can be sent: ints have 32 bits."""
     return type(value) is not int or LOWEST <= value <= HIGHEST
 
 

@@ -94,7 +94,7 @@ class Server(rospy.SubscribeListener):
         return ReconfigureResponse(self._configuration().values())
 
     def _change(self, wanted: Dict[Location, Scalar], client: str) -> List[str]:
-        """Request changes of locations; returns the reasons of refusals, none where all are applied."""
+        """Request changes of locations; returns the reasons of refusals, none if all are applied."""
         what, now = (client, set(wanted)), time.monotonic()
         last, at, request_id = self._drag
         if what != last or now - at > SAME_DRAG:

@@ -95,7 +95,7 @@ class Buffer(tf2_ros.Buffer):
         """Compute the motion that takes points from the source frame to the target frame, with provenance.
 
         Returns:
-            None where no part of it is tracked, or where it is not known.
+            None if no part of it is tracked, or if it is not known.
         """
         with self._frames_lock:
             up, down = _to_common(self._ancestors(source), self._ancestors(target))
@@ -133,14 +133,14 @@ class Buffer(tf2_ros.Buffer):
         return frames
 
     def _sample(self, child: str, parent: str, stamp: object) -> Optional[Motion]:
-        """Return the tracked pose of a frame in its parent at a time; None where it is plain or unknown."""
+        """Return the tracked pose of a frame in its parent at a time; None if it is plain or unknown."""
         samples = self._samples.get(child)
         sample = samples.at(_nanoseconds(stamp)) if samples else None
         return sample.motion if sample and sample.parent == parent else None
 
 
 def _to_common(up: List[str], down: List[str]) -> Tuple[List[str], List[str]]:
-    """Two lists of ancestors, up to the first that they have in common; empty where there is none."""
+    """Two lists of ancestors, up to the first that they have in common; empty if there is none."""
     common = next((frame for frame in up if frame in down), None)
     if common is None:
         return [], []

@@ -158,8 +158,8 @@ def matching(motion: Motion, expected: Motion, tolerance: float) -> Tuple[Any, .
     """The numbers of a motion, of the quaternion those with the sign of what is expected.
 
     Returns:
-        Translation and rotation, 7 numbers; none where one is further off than the tolerance, against its size or 1
-        where it is smaller.
+        Translation and rotation, 7 numbers; none if one is further off than the tolerance, against its size or 1
+        if it is smaller.
     """
     turned = motion.rotation
     if _dot(untracked(turned), expected.rotation) < 0:

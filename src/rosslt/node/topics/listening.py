@@ -22,11 +22,11 @@ class Heard(NamedTuple):
 
     topic: str
     publisher: str
-    """The publishing node; '' where that is not known."""
+    """The publishing node; '' if that is not known."""
     type: str
     """The type on the wire."""
     message: Message
-    """An ordinary message, also where the type on the wire is a tracked one."""
+    """An ordinary message, also if the type on the wire is a tracked one."""
     is_latched: bool = False
     """True for a latched publisher, which sends its last message to later subscribers."""
     is_sampled: bool = False
@@ -112,7 +112,7 @@ class Listener:
         return iter(lambda: self.next_before(end), None)
 
     def next_before(self, end: float) -> Optional[Heard]:
-        """The next message, or None where there is none until a time of `time.monotonic`.
+        """The next message, or None if there is none until a time of `time.monotonic`.
 
         Raises:
             rospy.ROSInterruptException: this node is being shut down.
@@ -127,7 +127,7 @@ class Listener:
                 return None
 
     def first(self, field: str, timeout: float) -> Heard:
-        """The first message of the topic in whose field something has a source; the first one at all where none has.
+        """The first message of the topic in whose field something has a source; the first one at all if none has.
 
         Args:
             field: as `messages.part_at` takes it.

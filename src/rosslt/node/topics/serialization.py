@@ -35,10 +35,10 @@ class Sending:
 
     @classmethod
     def set(cls, name: str, value: object) -> str:
-        """Take the value of one of its parameters, `{}` where that was deleted.
+        """Take the value of one of its parameters, `{}` if that was deleted.
 
         Returns:
-            What is wrong with the value, '' where nothing is.
+            What is wrong with the value, '' if nothing is.
         """
         if name == 'rate':
             is_rate = isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0
@@ -51,7 +51,7 @@ class Sending:
 
 
 Provenance = Callable[[Message], bytes]
-"""Gives the provenance of a message that is sent now, b'' where it is sent plain."""
+"""Gives the provenance of a message that is sent now, b'' if it is sent plain."""
 
 
 def whole_provenance(message: Message) -> bytes:
@@ -165,7 +165,7 @@ def is_sampled(message: Message) -> bool:
 def received_class(message_class: MessageClass, channel: str) -> Any:
     """A class that rospy deserializes instead of a message's class.
 
-    What comes out is an ordinary message, whose fields are tracked where provenance follows it. A tracked
+    What comes out is an ordinary message, whose fields are tracked if provenance follows it. A tracked
     type is read as it is, and unwrapped for each callback; AnyMsg keeps the provenance in its bytes.
 
     Args:

@@ -95,7 +95,7 @@ class Publisher(rospy.Publisher):
 
     @property
     def _keeps_last(self) -> bool:
-        """True where rospy keeps the last message for later subscribers, and where the publisher is unregistered."""
+        """True if rospy keeps the last message for later subscribers, and if the publisher is unregistered."""
         return getattr(self.impl, 'is_latch', True)
 
     @property
@@ -111,7 +111,7 @@ class Publisher(rospy.Publisher):
         return self._sampled.to_send(message, Sending.full_history, self._last_asked)
 
     def publish(self, *args: object, **kwds: object) -> None:
-        """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also where the type is
+        """Publish a message, given as `rospy.Publisher.publish` takes it: ordinary, also if the type is
         tracked."""
         only = args[0] if len(args) == 1 and not kwds else None
         if type(only) is self._plain_class:

@@ -230,7 +230,7 @@ def _at(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _written(out: Sequence[Any], made: Sequence[Any], chosen: Any = ...) -> Tuple[Any, ...]:
-    """The arrays that results were written to, with the provenance of these; the result itself where there is none.
+    """The arrays that results were written to, with the provenance of these; the result itself if there is none.
 
     Args:
         chosen: a mask of what was written; all by default.
@@ -254,7 +254,7 @@ LOST: List[Callable[[Any, Any], None]] = []
 
 
 def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argument]) -> Any:
-    """Call a function of NumPy: the result has NumPy's own numbers, with their provenance where it is known."""
+    """Call a function of NumPy: the result has NumPy's own numbers, with their provenance if it is known."""
     captured = _Captured()
     captured.is_whole = spend(OF_ARRAY)
     args, named = captured.all(arguments), captured.all(options)

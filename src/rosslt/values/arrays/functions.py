@@ -1,6 +1,6 @@
 """NumPy's functions for those who ask for them by name: they see tracked numbers in lists and among their arguments.
 
-NumPy itself asks nobody where it is given lists and numbers, and arrays that are made of them are plain.
+NumPy itself asks nobody if it is given lists and numbers, and arrays that are made of them are plain.
 """
 
 import functools

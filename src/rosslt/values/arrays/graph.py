@@ -161,7 +161,7 @@ class Node:
         return made if is_same or difference <= self._noise() else ()
 
     def _noise(self) -> float:
-        """What may be left of numbers that cancel out: where its expression gives 0, NumPy may have rounded."""
+        """What may be left of numbers that cancel out: if its expression gives 0, NumPy may have rounded."""
         if self._largest is None:
             plain = [abs(one._plain) for one in self.elements() if type(one) in PYTHON_NUMBERS]
             self._largest = max(filter(math.isfinite, plain), default=0.0)
@@ -174,7 +174,7 @@ class Node:
         return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
 
     def elements(self) -> List[Any]:
-        """The elements in C's order: tracked numbers of Python, and anything else where there is no provenance."""
+        """The elements in C's order: tracked numbers of Python, and anything else if there is no provenance."""
         if self._elements is None:
             # What was recorded by then is known whole, at the expense of what comes later.
             start, allowance = time.thread_time(), allow(sys.maxsize)
@@ -394,7 +394,7 @@ def _symbolic(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def product(a: Any, b: Any) -> Any:
-    """A product, without provenance where it is 0 whatever the other factor is: most of a matrix is such."""
+    """A product, without provenance if it is 0 whatever the other factor is: most of a matrix is such."""
     if (type(a) not in TRACKED and a == 0) or (type(b) not in TRACKED and b == 0):
         return 0.0
     return a * b

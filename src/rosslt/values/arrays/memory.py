@@ -23,7 +23,7 @@ class Memory:
 
     Args:
         root: the plain array, whose elements follow each other in the memory.
-        node: how it was made; None where nothing in it has provenance yet.
+        node: how it was made; None if nothing in it has provenance yet.
 
     Attributes:
         root: the same.
@@ -41,7 +41,7 @@ class Memory:
         self._codes: Dict[str, Any] = {}
 
     def codes_of(self, view: Any) -> Any:
-        """The codes of the elements of a view, 0 where they are plain. All views see what is written to them."""
+        """The codes of the elements of a view, 0 if they are plain. All views see what is written to them."""
         root = self.root
         if not self._codes:
             codes = numpy.zeros(root.size, _CODE)

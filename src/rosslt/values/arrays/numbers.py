@@ -65,7 +65,7 @@ WITH_PROVENANCE = PYTHON_NUMBERS | NUMPY_NUMBERS
 
 
 def python_number(number: Number) -> Number:
-    """A number of NumPy as Python's, tracked where it has provenance; anything else as it is."""
+    """A number of NumPy as Python's, tracked if it has provenance; anything else as it is."""
     if type(number) in NUMPY_NUMBERS:
         return number.tracked
     return number.item() if isinstance(number, numpy.generic) else number
@@ -77,7 +77,7 @@ def rounding_of(kind: Any) -> float:
 
 
 def same_number(number: Number, tracked: Number, rounding: float = ROUNDING) -> Number:
-    """The tracked value of a plain number, of the same kind; the plain number where it is another one.
+    """The tracked value of a plain number, of the same kind; the plain number if it is another one.
 
     Args:
         number: of Python or NumPy.
@@ -99,7 +99,7 @@ def same_number(number: Number, tracked: Number, rounding: float = ROUNDING) -> 
 
 
 def with_tracked(number: Number, tracked: Number) -> Number:
-    """A number of NumPy with its provenance, where its class can have one and the tracked number is the same."""
+    """A number of NumPy with its provenance, if its class can have one and the tracked number is the same."""
     kind = type(number)
     if kind not in CLASSES:
         return number
@@ -124,7 +124,7 @@ def recorded(number: Number, function: Callable[..., Any], *operands: Number) ->
         return number
     try:
         return with_tracked(number, python_number(function(*map(python_number, operands))))
-    except Exception:  # where NumPy warns, or computes with other numbers than Python's
+    except Exception:  # if NumPy warns, or computes with other numbers than Python's
         return number
 
 

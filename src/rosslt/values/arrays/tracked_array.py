@@ -187,7 +187,7 @@ class TrackedArray(numpy.ndarray):
 
     @property
     def flat(self) -> Any:
-        """Override the attribute of `numpy.ndarray`: a view in one dimension where there is one. Elsewhere what is
+        """Override the attribute of `numpy.ndarray`: a view in one dimension if there is one. Elsewhere what is
         written would not be seen, so the elements are cut off."""
         if self.flags.c_contiguous:
             return self.reshape(-1)
@@ -362,7 +362,7 @@ def _flatten(numbers: Argument, elements: List[Any]) -> None:
 
 
 def with_node(made: Any, node: Optional[Node]) -> Any:
-    """A plain array with the provenance that a node says; itself where there is none, or no class for it."""
+    """A plain array with the provenance that a node says; itself if there is none, or no class for it."""
     if node is None or node.size > MAX_SIZE or type(made) is not numpy.ndarray or made.dtype.kind not in 'iuf':
         return made
     if not made.flags.forc:

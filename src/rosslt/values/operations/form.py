@@ -108,7 +108,7 @@ class Form:
     def instruction(
         self, present: Value, first: Value, second: Value, places: Sequence[int], constant: Callable[[Value], int]
     ) -> Optional[tuple]:
-        """The instruction that makes the value (see `instructions.py`), None where only its linearization travels.
+        """The instruction that makes the value (see `instructions.py`), None if only its linearization travels.
 
         Args:
             places: the indices of the operands' instructions.

@@ -1,6 +1,6 @@
 """Choosing among the operands that give a wanted result: the one nearest the present operand.
 
-The inverses of the table that are more than a formula. Each raises NoPreimage where there is no such operand.
+The inverses of the table that are more than a formula. Each raises NoPreimage if there is no such operand.
 """
 
 import math
@@ -49,7 +49,7 @@ def within(present: Value, one_end: Value, other_end: Value, holds: Callable[[Va
     Whether it holds at an end itself is tried out: ends may be excluded, or rounded to the wrong side.
 
     Args:
-        present: where it is an int, so is the answer.
+        present: if it is an int, so is the answer.
         one_end, other_end: in any order; either may be infinite.
     """
     if holds(present):
@@ -120,7 +120,7 @@ def modulus(y: Value, a: Value, b: Value, rest: Callable[[Value, Value], Value])
 
 
 def whole_root(y: int, n: int) -> Value:
-    """The n-th root of a whole number y >= 0, exact where it is whole."""
+    """The n-th root of a whole number y >= 0, exact if it is whole."""
     if n > y.bit_length():
         return y if y < 2 else y ** (1 / n)
     low, high = 0, 1 << (y.bit_length() // n + 1)

@@ -11,13 +11,13 @@ BY_NAME: Dict[str, 'Operation'] = {}
 BY_CODE: Dict[int, 'Operation'] = {}
 
 Functions = Sequence[Optional[Function]]
-"""A function for each operand, None where there is none."""
+"""A function for each operand, None if there is none."""
 
 
 class Forms(NamedTuple):
     """The forms of a record with the first, the second, or both of two operands tracked; `left` alone of a single one.
 
-    None where the operand's inverse or slope is not known.
+    None if the operand's inverse or slope is not known.
     """
 
     left: Optional[Form] = None
@@ -30,13 +30,13 @@ class Operation:
     """Describes an operation: its function, its inverses and its slopes.
 
     Attributes:
-        code: the number of a row of the table on the wire, which never changes. None where other nodes do not know the
+        code: the number of a row of the table on the wire, which never changes. None if other nodes do not know the
             operation; they get its linearization.
         name: its name in the table and in `rosslt.math`.
         forward: the function itself.
         inverse: a function for each operand, `inverse(wanted, *operands)`: returns the operand for a wanted result.
-            None where a search is needed.
-        slope: a function for each operand, `slope(*operands)`: returns the derivative. None where differences are used.
+            None if a search is needed.
+        slope: a function for each operand, `slope(*operands)`: returns the derivative. None if differences are used.
         arity: 1 or 2; 0 for any number of operands.
         affine: in which operands it is affine: 'a' or 'b' while the other is constant, 'ab' in both together.
         commutes: True if the operands may be swapped.
@@ -127,7 +127,7 @@ class Operation:
 
 
 def known_at(functions: Functions, place: int) -> Optional[Function]:
-    """The inverse or slope for an operand, None where there is none."""
+    """The inverse or slope for an operand, None if there is none."""
     return functions[place] if place < len(functions) else None
 
 

@@ -3,8 +3,8 @@
 A row gives the operation's name and symbol, its forward function, and for each operand its inverse and
 its slope. Recording, evaluating, solving, explaining, the wire format and `rosslt.math` read this table; a
 new operation is one row. The letters in the rows: `a` and `b` are the operands' present values, `y` is the
-wanted result. An inverse returns the operand that gives `y`, the one nearest its present value where
-there are several, and raises ValueError, ArithmeticError or OverflowError where there is none.
+wanted result. An inverse returns the operand that gives `y`, the one nearest its present value if
+there are several, and raises ValueError, ArithmeticError or OverflowError if there is none.
 """
 
 import functools

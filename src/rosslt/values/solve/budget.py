@@ -103,7 +103,7 @@ class Trial:
         return values
 
     def tried(self, changes: Mapping[Source, Value]) -> Optional[List[Value]]:
-        """`values`, None where an operation is not defined there."""
+        """`values`, None if an operation is not defined there."""
         try:
             return self.values(changes)
         except Exhausted:

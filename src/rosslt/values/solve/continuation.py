@@ -1,12 +1,12 @@
 """Solving along a path: a hand moves what is wanted little by little, and no source may jump, nor drift.
 
 Solved from step to step, the joints of an arm with more joints than it needs are elsewhere when the hand is back where
-it began. Solved anew from the beginning at each step, they jump where another answer becomes the nearer one. So the
-answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; where that
+it began. Solved anew from the beginning at each step, they jump if another answer becomes the nearer one. So the
+answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; if that
 would be a jump, the one that the last answer leads to, drawn towards it.
 
 A hand means few numbers: as many sources move as the results can in ways, three for a point and one for a ring, and the
-others are held. Where these do not suffice, all move.
+others are held. If these do not suffice, all move.
 """
 
 import math
@@ -43,7 +43,7 @@ class Path(System):
     """Equations whose solutions follow each other along a path. `start` is where it began."""
 
     def continued(self, last: Point) -> Optional[Point]:
-        """The solution that the last one leads to, as near as it comes to the beginning; None where there is none."""
+        """The solution that the last one leads to, as near as it comes to the beginning; None if there is none."""
         for x in self._candidates(last):
             if self.accepts(x) and self.is_continuous(last, x):
                 return x
@@ -172,7 +172,7 @@ def continued(
         that is `{}`.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; also where there are answers, but none that the last one leads to.
+        NotTracked, NotInvertible: as of `solve`; also if there are answers, but none that the last one leads to.
             The previous values should then stay, and `last` too.
     """
     options: Dict[str, Value] = {

@@ -78,7 +78,7 @@ class Equations:
         return self._periods_found
 
     def _tried(self, x: Point) -> Optional[List[Value]]:
-        """The nodes' values at a point; None where one is not defined, or the point is not finite."""
+        """The nodes' values at a point; None if one is not defined, or the point is not finite."""
         for known, values in self._tried_last:
             if x == known:
                 return values
@@ -90,7 +90,7 @@ class Equations:
         return values
 
     def _missing(self, values: Optional[List[Value]], equations: Sequence[Equation]) -> Optional[List[float]]:
-        """By how much each node's value is too small, in its unit; None where one is not defined."""
+        """By how much each node's value is too small, in its unit; None if one is not defined."""
         if values is None:
             return None
         try:
@@ -150,7 +150,7 @@ def size_of(goals: List[Goal]) -> float:
 
 
 def missed(graph: Graph, goals: List[Goal], values: Optional[List[Value]]) -> Optional[Tuple[Goal, Value]]:
-    """The first goal that is not met by such values of the nodes, with its result; None where all are met."""
+    """The first goal that is not met by such values of the nodes, with its result; None if all are met."""
     if values is None:
         return goals[0], math.nan
     size = size_of(goals)

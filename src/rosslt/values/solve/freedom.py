@@ -20,7 +20,7 @@ class Freedom(NamedTuple):
         only: the sources that may change, None for any.
         bounds: `{Source: (minimum or None, maximum or None)}`.
         read_only: sources that may not change.
-        rank: gives each source's rank; one of a higher rank changes only where those of lower ranks do not suffice.
+        rank: gives each source's rank; one of a higher rank changes only if those of lower ranks do not suffice.
         weights: `{Source: how hard it is to move}`.
     """
 
@@ -44,7 +44,7 @@ class Freedom(NamedTuple):
         return sorted(sources, key=lambda source: (self.rank(source), self.weights.get(source, 1.0)))
 
     def limits(self, source: Source) -> Tuple[float, float]:
-        """A source's minimum and maximum, infinite where there is none."""
+        """A source's minimum and maximum, infinite if there is none."""
         low, high = self.bounds.get(source, (None, None))
         return -math.inf if low is None else low, math.inf if high is None else high
 
@@ -63,7 +63,7 @@ class Freedom(NamedTuple):
 
 
 def in_floats(limits: Tuple[Value, Value]) -> Tuple[float, float]:
-    """A minimum and a maximum as floats, infinite where no float holds them."""
+    """A minimum and a maximum as floats, infinite if no float holds them."""
     low, high = map(_in_float, limits)
     return low, high
 

@@ -1,7 +1,7 @@
 """The linear steps of solving several results: least squares with sparse rows, damped, shortest in the unknowns.
 
-Small systems are solved in plain Python, larger ones with NumPy where there is NumPy, and the largest with SciPy's LSMR
-where there is SciPy: its work grows with the entries that are not 0, not with the cube of the size.
+Small systems are solved in plain Python, larger ones with NumPy if there is NumPy, and the largest with SciPy's LSMR
+if there is SciPy: its work grows with the entries that are not 0, not with the cube of the size.
 """
 
 import contextlib

@@ -34,8 +34,8 @@ def slopes(xs: Sequence[Value]) -> Dict[Source, Tuple[float, ...]]:
 
     Returns:
         `{Source: (slope of xs[0], slope of xs[1], ...)}`, in order of appearance, for each source that holds a float or
-        a whole number; in the units of the values per unit of the source. A slope is 0 where a value does not depend on
-        the source, or where it has no slope or none that a float holds.
+        a whole number; in the units of the values per unit of the source. A slope is 0 if a value does not depend on
+        the source, or if it has no slope or none that a float holds.
     """
     graph = Graph(x for x in xs if type(x) in TRACKED)
     partials = graph.partials(graph.steps(), graph.plain())
@@ -72,7 +72,7 @@ def nearest(
         weights: `{Source: how hard it is to move}`, as of `solve`.
 
     Returns:
-        `{Source: new value}` of the sources that change, `{}` where nothing comes nearer, and the Euclidean distance of
+        `{Source: new value}` of the sources that change, `{}` if nothing comes nearer, and the Euclidean distance of
         the results from the targets that remains. Texts and bools stay; whole numbers are rounded at the end.
     """
     if len(xs) != len(targets):
@@ -100,7 +100,7 @@ def nearest(
 
 
 def _whole(value: float, old: int, low: Value, high: Value) -> int:
-    """The whole number nearest a value within bounds; the old one where there is none between them."""
+    """The whole number nearest a value within bounds; the old one if there is none between them."""
     least = math.ceil(low) if low > -math.inf else low
     most = math.floor(high) if high < math.inf else high
     return min(max(round(value), least), most) if least <= most else old

@@ -1,4 +1,4 @@
-"""Numbers at which a function takes a wanted value, where the source appears too often for a formula.
+"""Numbers at which a function takes a wanted value, if the source appears too often for a formula.
 
 Newton's method with the table's slopes, safeguarded: a step that makes things worse is halved. If it does not converge,
 it is searched outward: an answer lies between two points where the function is too small and too large.
@@ -25,8 +25,8 @@ class Search:
     """A search for x with `f(x) == wanted`.
 
     Args:
-        f: the function; it may raise where it is not defined.
-        slope: its derivative, 0 where there is none.
+        f: the function; it may raise if it is not defined.
+        slope: its derivative, 0 if there is none.
         wanted: the value to be met.
         meets: returns True if a value of f counts as the wanted one.
         low, high: the smallest and the largest x to try; infinite for no limit.
@@ -78,7 +78,7 @@ class Search:
         return refuse('%s', '%s; %s' % (nearest, reason) if reason else nearest)
 
     def missing(self, x: Value) -> Optional[Value]:
-        """By how much f(x) is too large; None where f is not defined."""
+        """By how much f(x) is too large; None if f is not defined."""
         try:
             missing = self._f(x) - self._wanted
             if isinstance(missing, complex) or missing - missing != 0:

@@ -1,7 +1,7 @@
 """Solves one result for one source (paper, IV.A, `force_value`).
 
 From the result, the operations are undone one after the other as long as only one operand depends on the source.
-Where two do, the source appears more than once: if the rest is affine in it, its slope gives the answer. An operation
+If two do, the source appears more than once: if the rest is affine in it, its slope gives the answer. An operation
 with several inverses is undone to the one nearest its operand's value. If that gives no answer, or one out of bounds,
 the source's values are searched.
 """
@@ -140,7 +140,7 @@ class Attempt:
         return meets(result, wanted)
 
     def _bounded(self, value: Value, wanted: Value) -> Value:
-        """An answer within the bounds: a bound itself where the answer misses it, or lies before it, by roundings.
+        """An answer within the bounds: a bound itself if the answer misses it, or lies before it, by roundings.
 
         Raises:
             OutOfBounds: the answer is beyond a bound, which is named.
@@ -211,7 +211,7 @@ class Attempt:
         return found
 
     def _affine(self, place: int, wanted: Value, values: List[Value]) -> Value:
-        """The source's value where it appears more than once below a node that is affine in it.
+        """The source's value if it appears more than once below a node that is affine in it.
 
         Raises:
             NoFormula: the node is not.
@@ -307,7 +307,7 @@ def difference(wanted: Value, present: Value) -> Value:
 
 
 def quotient(missing: Any, slope: Any) -> Any:
-    """`missing / slope`, refused where no float holds it."""
+    """`missing / slope`, refused if no float holds it."""
     try:
         change = missing / slope
         return change if change - change == 0 else refuse('{source} would be beyond what a float holds')

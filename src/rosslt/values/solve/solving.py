@@ -60,17 +60,17 @@ def solve(
         bounds: `{Source: (minimum or None, maximum or None)}` in the units of the sources.
         read_only: sources to pass over.
         rank: `{Source: rank}`, or a function of a Source; 0 for those that are missing. A source is changed only
-            where those of lower rank cannot give the target.
+            if those of lower rank cannot give the target.
         weights: `{Source: how hard it is to move}`, greater than 0. Of sources of one rank, those of less weight are
-            tried first, and where several change together, they move further. There, a source
+            tried first, and if several change together, they move further. There, a source
             that has none moves the further the wider its bounds are, or, without bounds, the larger it is; 1 stands
             for one without bounds whose size is below 2 pi.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
-        value; several only where none of them alone can give the target. For several leaves the sources that
-        change, by the smallest change (Euclidean) where several would do; a leaf that shares no source with
-        another is solved as a scalar. `{}` where nothing has to change and the sources' present values are not
+        value; several only if none of them alone can give the target. For several leaves the sources that
+        change, by the smallest change (Euclidean) if several would do; a leaf that shares no source with
+        another is solved as a scalar. `{}` if nothing has to change and the sources' present values are not
         known, as two readings of one source differ.
 
     Raises:
@@ -191,7 +191,7 @@ def solve_one(
 
 
 def _unchanged(graph: Graph, root: int, base: List[Value], sources: List[Source]) -> Optional[Dict[Source, Value]]:
-    """The answer that changes nothing: the first source with its present value, `{}` where that is not known."""
+    """The answer that changes nothing: the first source with its present value, `{}` if that is not known."""
     for source in sources:
         first, *others = [graph.nodes[place]._plain for place in graph.occurrences[source]]
         if all(other == first for other in others):
@@ -216,7 +216,7 @@ def _moved_together(
     budget: Budget,
     base: Optional[List[Value]] = None,
 ) -> Optional[Dict[Source, Value]]:
-    """Values of several float sources that give all goals, those of low rank first; None where none were found."""
+    """Values of several float sources that give all goals, those of low rank first; None if none were found."""
     floats = [source for source in sources if not _is_whole(graph, source)]
     for rank in sorted(set(map(freedom.rank, floats))):
         unknowns = [source for source in floats if freedom.rank(source) <= rank]
@@ -230,7 +230,7 @@ def _moved_together(
 
 
 def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Value]]) -> List[Source]:
-    """The sources whose present values are out of their bounds: where they move, they have to move back at once."""
+    """The sources whose present values are out of their bounds: if they move, they have to move back at once."""
     found = []
     for source in sources if freedom.bounds else ():
         low, high = freedom.limits(source)
@@ -308,7 +308,7 @@ def _solution(
     budget: Budget,
     base: Optional[List[Value]],
 ) -> Optional[List[float]]:
-    """The unknowns' values that give all goals, None where none were found, or where no float holds what there is."""
+    """The unknowns' values that give all goals, None if none were found, or if no float holds what there is."""
     try:
         return System(graph, goals, unknowns, freedom, budget, base).solution()
     except UNDEFINED:
@@ -384,8 +384,8 @@ def _is_present(graph: Graph, source: Source, value: Value) -> bool:
 def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[Source, Value]:
     """The source values that give all of several results that share sources.
 
-    Float sources move together. Where they do not suffice (texts, whole numbers, bools), the results are solved one
-    after the other; where that does not do, either, whole numbers move together with the floats.
+    Float sources move together. If they do not suffice (texts, whole numbers, bools), the results are solved one
+    after the other; if that does not do, either, whole numbers move together with the floats.
 
     Raises:
         NotInvertible: no values were found that give all; the result that stays away is named.
@@ -443,7 +443,7 @@ def _evaluated(value: Value, changes: Mapping[Source, Value]) -> Value:
 
 
 def _values(graph: Graph, changes: Mapping[Source, Value]) -> Optional[List[Value]]:
-    """The values of a graph's nodes with other source values, None where they are not defined."""
+    """The values of a graph's nodes with other source values, None if they are not defined."""
     try:
         return graph.values(changes)
     except UNDEFINED:

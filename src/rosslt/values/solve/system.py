@@ -33,7 +33,7 @@ MOST_FURTHER = 8
 """... among as many more."""
 
 FEW = 8
-"""So many numbers are written short one by one, where they cannot be together: each takes an evaluation."""
+"""So many numbers are written short one by one, if they cannot be together: each takes an evaluation."""
 
 DIGITS = 13
 """The significant digits that people may have meant. The roundings of a search change those behind."""
@@ -52,7 +52,7 @@ class System(Descents):
     """
 
     def solution(self) -> Optional[Point]:
-        """The unknowns' values that give all results, None where none were found."""
+        """The unknowns' values that give all results, None if none were found."""
         answers = self._answers()
         best = next(answers, None)
         if best is None:
@@ -107,7 +107,7 @@ class System(Descents):
     def closest(self) -> Point:
         """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
 
-        Where the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
+        If the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
         """
         self._equations = [equation._replace(unit=1.0) for equation in self._equations]
         best, least = self.start, self._distance(self.start) * (1 - ROUNDING)
@@ -132,7 +132,7 @@ class System(Descents):
         return lambda turned: turned if self._distance(turned) <= limit else None
 
     def _polished(self, turned: Point) -> Optional[Point]:
-        """The answer at a point that was turned by a whole period, None where it has none."""
+        """The answer at a point that was turned by a whole period, None if it has none."""
         end = self._descend(turned, self._equations, rounds=3)
         return end.x if end is not None and self.accepts(end.x) else None
 
