@@ -376,7 +376,7 @@ class Examination:
             return
         elsewhere = f'; RViz shows {", ".join(sorted(shown))}' if shown else ''
         yield Finding(
-            FAULT,
-            f'nobody shows its handles{elsewhere}: in RViz, add a display InteractiveMarkers with the Update Topic '
-            + ' or '.join(sorted(serving)),
+            FAULT if shown else NOTE,
+            f'nobody shows its handles{elsewhere}: roslaunch rosslt rviz.launch does; in an RViz of your own, add a '
+            'display InteractiveMarkers with the Update Topic ' + ' or '.join(sorted(serving)),
         )

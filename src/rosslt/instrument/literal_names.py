@@ -29,15 +29,17 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         for index, child in enumerate(value if isinstance(value, list) else [value])
         if isinstance(child, ast.AST)
     }
-    taken = Counter(name for _, name in nodes if name)
+    taken = {name for _, name in nodes if name}
+    seen: Set[str] = set()
     found: List[Optional[str]] = []
     for node, name in nodes:
         made = name or '.'.join(_words(node, places)) or None
-        if made and not name:
-            taken[made] += 1
-            if taken[made] > 1:
-                made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
-                taken[made] += 1
+        if made and (made in seen or (not name and made in taken)):
+            made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
+            taken.add(made)
+        elif made:
+            taken.add(made)
+            seen.add(made)
         found.append(made)
     return found
 
