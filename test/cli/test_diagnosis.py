@@ -325,8 +325,8 @@ class TestDoctor:
             found, code = findings('/gate')
             assert code == 0
             advice = (
-                ': roslaunch rosslt rviz.launch does; in an RViz of your own, add a display InteractiveMarkers with the '
-                'Update Topic /handles/update'
+                ': roslaunch rosslt rviz.launch does; in an RViz of your own, add a display InteractiveMarkers with '
+                'the Update Topic /handles/update'
             )
             assert ('note', 'nobody shows its handles' + advice) in found
             assert any(
@@ -336,7 +336,9 @@ class TestDoctor:
                 wait_until(
                     lambda: ('ok', 'its handles are shown, through /handles/update') in findings('/gate')[0], 'shown'
                 )
-            with Node('aside', handles.replace('/handles', '/aside').replace('/gate', '/nothing')), Node('viewer', viewer.format('aside')):
+            with Node('aside', handles.replace('/handles', '/aside').replace('/gate', '/nothing')), Node(
+                'viewer', viewer.format('aside')
+            ):
                 elsewhere = ('fault', 'nobody shows its handles; RViz shows /aside/update' + advice)
                 wait_until(lambda: elsewhere in findings('/gate')[0], 'RViz to show others')
 
