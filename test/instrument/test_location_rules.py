@@ -125,6 +125,24 @@ def test_an_int_that_a_counter_is_compared_with_stays_whole(step):
     assert dict(judged(text.format(step.replace('1', '0.1'))))['40'] == 'named'
 
 
+@pytest.mark.parametrize(
+    ('use', 'is_set_up'),
+    [
+        ('def main():\n    A()\nmain()', True),
+        ('class B:\n    def __init__(self):\n        self.a = A()\n        self.b = A()\nB()', True),
+        ('for _ in range(n):\n    A()', False),
+        ('def heard(message):\n    A()\nlisten(heard)', False),
+        ('listen(A)', False),
+        ('class B(A):\n    def __init__(self):\n        super().__init__()\nB()', False),
+        ("A()\nvars()['A']()", False),
+        ('', False),
+    ],
+)
+def test_what_an_init_reads_is_set_up_if_the_program_runs_it_once(use, is_set_up):
+    (literal,) = literals_of('class A:\n    def __init__(self):\n        self.x = 0.5\n' + use)
+    assert literal.is_set_up == is_set_up
+
+
 def test_what_several_names_get_is_called_by_the_first():
     text = 'color.r = color.g = color.a = 1.0\n'
     source = SourceText('/nowhere/program.py', text.encode('utf-8'))

@@ -58,7 +58,7 @@ RULES = {
         Rule('parameter', NUMBER, 'the value of a parameter that is left out in a call', 'def f(x=7.0): pass'),
         Rule('value', NUMBER, 'a value of its own', 'send(7.0)'),
         Rule('term', NUMBER, 'a term or a factor of a formula', 'x = 7.0 * y'),
-        Rule('counting name', WHOLE, 'an int that names, selects or counts: it stays an int', 'marker.id = 7'),
+        Rule('counting name', WHOLE, 'it names, selects, counts or limits a count: it stays an int', 'marker.id = 7'),
         Rule('enumeration', WHOLE, 'one of several names for whole numbers', 'class Mode:\n    MANUAL = 7'),
         Rule('used as a count', WHOLE, 'its name is used as a count or a size', 'n = 7\nfor i in range(n): pass'),
         Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
