@@ -342,6 +342,21 @@ class TestDoctor:
                 elsewhere = ('fault', 'nobody shows its handles; RViz shows /aside/update' + advice)
                 wait_until(lambda: elsewhere in findings('/gate')[0], 'RViz to show others')
 
+    def test_names_nodes_that_wait_for_each_other(self, nodes):
+        loop = """
+            from geometry_msgs.msg import Point
+            heard = [Point()]
+            publisher = rosslt.Publisher('/{0}', Point, queue_size=1)
+            rosslt.Subscriber('/{1}', Point, lambda point: heard.__setitem__(0, point), queue_size=1)
+            rate = rospy.Rate(50)
+            while not rospy.is_shutdown():
+                publisher.publish(x=rosslt.location(1.0) + 0.5 * heard[0].x)
+                rate.sleep()
+            """
+        with Node('plant', loop.format('place', 'speed')), Node('controller', loop.format('speed', 'place')):
+            reason = 'what /plant reads on /speed has no whole provenance either: nodes that read each other wait'
+            wait_until(lambda: any(text.startswith(reason) for _, text in findings('/place')[0]), reason)
+
     def test_says_so_where_nobody_publishes(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):
             wait_until(lambda: 'no topic' not in rosslt('doctor', '/unheard', *BRIEFLY).stderr, 'it subscribes')
