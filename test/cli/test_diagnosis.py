@@ -38,6 +38,7 @@ class TestNames:
         ('arguments', 'meant'),
         [
             (('get', '/talker/raduis'), '(did you mean radius?)'),
+            (('get', '/talker/RADIUS'), '(did you mean radius?)'),
             (('get', '/talkr/radius'), '(did you mean /talker?)'),
             (('get', '/talkr/~parking/0'), '(did you mean /talker?)'),
             (('list', '/talkre'), '(did you mean /talker?)'),
@@ -341,6 +342,23 @@ class TestDoctor:
             ):
                 elsewhere = ('fault', 'nobody shows its handles; RViz shows /aside/update' + advice)
                 wait_until(lambda: elsewhere in findings('/gate')[0], 'RViz to show others')
+
+    def test_says_that_a_text_has_no_source(self, nodes):
+        writer = """
+            from visualization_msgs.msg import Marker
+            publisher = rosslt.Publisher('/note', Marker, queue_size=1)
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                size = rosslt.location(0.3)
+                marker = Marker(text='%.1f m' % size)
+                marker.scale.z = size
+                publisher.publish(marker)
+                rate.sleep()
+            """
+        with Node('writer', writer):
+            text = ('note', 'text cannot be forced: it has no source, as /writer sends it')
+            wait_until(lambda: text in findings('/note/text')[0], text[1])
+            assert text not in findings('/note/scale')[0]
 
     def test_names_nodes_that_wait_for_each_other(self, nodes):
         loop = """

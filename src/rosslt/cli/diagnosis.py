@@ -121,11 +121,11 @@ class Traffic:
 
 
 def _is_result(path: str, value: Any, field: str) -> bool:
-    """Return whether a leaf of a message is a number that somebody may want to force: one of the field that was asked
+    """Return whether a leaf of a message is a value that somebody may want to force: one of the field that was asked
     for, else one that has been computed."""
     plain = values.untracked(value)
     if field:
-        return type(plain) in (float, int) and _is_within(path, field)
+        return type(plain) in (float, int, str) and _is_within(path, field)
     return type(plain) is float and (plain != 0 or values.is_tracked(value)) and not path.endswith(_NO_RESULTS)
 
 
