@@ -38,6 +38,7 @@ class TestNames:
         ('arguments', 'meant'),
         [
             (('get', '/talker/raduis'), '(did you mean radius?)'),
+            (('get', '/talker/RADIUS'), '(did you mean radius?)'),
             (('get', '/talkr/radius'), '(did you mean /talker?)'),
             (('get', '/talkr/~parking/0'), '(did you mean /talker?)'),
             (('list', '/talkre'), '(did you mean /talker?)'),
@@ -323,9 +324,12 @@ class TestDoctor:
                 lambda: 'nobody shows its handles' in rosslt('doctor', '/gate', *BRIEFLY).stdout, 'it makes handles'
             )
             found, code = findings('/gate')
-            assert code == 1
-            advice = 'in RViz, add a display InteractiveMarkers with the Update Topic /handles/update'
-            assert ('fault', 'nobody shows its handles: ' + advice) in found
+            assert code == 0
+            advice = (
+                ': roslaunch rosslt rviz.launch does; in an RViz of your own, add a display InteractiveMarkers with '
+                'the Update Topic /handles/update'
+            )
+            assert ('note', 'nobody shows its handles' + advice) in found
             assert any(
                 kind == 'note' and text.startswith('/handles makes no handles') for kind, text in findings('/pose')[0]
             )
@@ -333,6 +337,43 @@ class TestDoctor:
                 wait_until(
                     lambda: ('ok', 'its handles are shown, through /handles/update') in findings('/gate')[0], 'shown'
                 )
+            with Node('aside', handles.replace('/handles', '/aside').replace('/gate', '/nothing')), Node(
+                'viewer', viewer.format('aside')
+            ):
+                elsewhere = ('fault', 'nobody shows its handles; RViz shows /aside/update' + advice)
+                wait_until(lambda: elsewhere in findings('/gate')[0], 'RViz to show others')
+
+    def test_says_that_a_text_has_no_source(self, nodes):
+        writer = """
+            from visualization_msgs.msg import Marker
+            publisher = rosslt.Publisher('/note', Marker, queue_size=1)
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                size = rosslt.location(0.3)
+                marker = Marker(text='%.1f m' % size)
+                marker.scale.z = size
+                publisher.publish(marker)
+                rate.sleep()
+            """
+        with Node('writer', writer):
+            text = ('note', 'text cannot be forced: it has no source, as /writer sends it')
+            wait_until(lambda: text in findings('/note/text')[0], text[1])
+            assert text not in findings('/note/scale')[0]
+
+    def test_names_nodes_that_wait_for_each_other(self, nodes):
+        loop = """
+            from geometry_msgs.msg import Point
+            heard = [Point()]
+            publisher = rosslt.Publisher('/{0}', Point, queue_size=1)
+            rosslt.Subscriber('/{1}', Point, lambda point: heard.__setitem__(0, point), queue_size=1)
+            rate = rospy.Rate(50)
+            while not rospy.is_shutdown():
+                publisher.publish(x=rosslt.location(1.0) + 0.5 * heard[0].x)
+                rate.sleep()
+            """
+        with Node('plant', loop.format('place', 'speed')), Node('controller', loop.format('speed', 'place')):
+            reason = 'what /plant reads on /speed has no whole provenance either: nodes that read each other wait'
+            wait_until(lambda: any(text.startswith(reason) for _, text in findings('/place')[0]), reason)
 
     def test_says_so_where_nobody_publishes(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):

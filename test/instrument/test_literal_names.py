@@ -58,6 +58,12 @@ def test_a_name_that_is_assigned_is_not_taken():
     assert literal_names(tree, [(first, None), (second, 'x')]) == ['x.2', 'x']
 
 
+def test_what_is_assigned_twice_is_counted():
+    tree = ast.parse('self.v = 1.0\nself.v = 2.0\nv = 3.0\nu = 4.0')
+    literals = [(one.value, name) for one, name in zip(tree.body, ['self.v', 'self.v', 'v', 'u'])]
+    assert literal_names(tree, literals) == ['v', 'v.2', 'v.3', 'u']
+
+
 def test_lines_and_columns_are_no_part_of_a_name():
     text = 'def drive():\n    goto([1.0, 2.0], speed=3.0)\n'
     assert names(text) == names('import math\n\n' + text.replace('1.0', '100.25')) == ['goto.0', 'goto.1', 'goto.speed']

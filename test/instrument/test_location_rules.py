@@ -51,6 +51,8 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ("setattr(self, 'gain', 1.5)", 'number'),
         ('way = [((1.0, 2.0), 0)]', 'number number number'),
         ('yaw = 3 * math.pi / 4', 'number number'),
+        ('err -= 2 * math.pi', 'form'),
+        ('yaw += math.pi / 2', 'number'),
         ('def f(self, gain=2.5, *, constant=6): pass', 'number number'),
         ('def f(timeout=2.5, id=6): pass', 'plain plain'),
         ('def f(limits=(-2.0, 2.0)): pass', 'number number'),
@@ -113,6 +115,38 @@ def test_a_counter_and_its_start_are_a_state():
 )
 def test_an_int_that_becomes_an_index_by_way_of_other_names_stays_whole(text, rules):
     assert sorted(rule for _, rule in judged(text)) == sorted(rules)
+
+
+@pytest.mark.parametrize('step', ['+= 1', '-= 1'])
+def test_an_int_that_a_counter_is_compared_with_stays_whole(step):
+    text = 'PAUSE = 40\nclass A:\n    def tick(self):\n        self.n {}\n        return PAUSE <= self.n\n'
+    rules = dict(judged(text.format(step)))
+    assert rules['40'] == 'counting name'
+    assert dict(judged(text.format(step.replace('1', '0.1'))))['40'] == 'named'
+
+
+@pytest.mark.parametrize(
+    ('use', 'is_set_up'),
+    [
+        ('def main():\n    A()\nmain()', True),
+        ('class B:\n    def __init__(self):\n        self.a = A()\n        self.b = A()\nB()', True),
+        ('for _ in range(n):\n    A()', False),
+        ('def heard(message):\n    A()\nlisten(heard)', False),
+        ('listen(A)', False),
+        ('class B(A):\n    def __init__(self):\n        super().__init__()\nB()', False),
+        ("A()\nvars()['A']()", False),
+        ('', False),
+    ],
+)
+def test_what_an_init_reads_is_set_up_if_the_program_runs_it_once(use, is_set_up):
+    (literal,) = literals_of('class A:\n    def __init__(self):\n        self.x = 0.5\n' + use)
+    assert literal.is_set_up == is_set_up
+
+
+def test_what_several_names_get_is_called_by_the_first():
+    text = 'color.r = color.g = color.a = 1.0\n'
+    source = SourceText('/nowhere/program.py', text.encode('utf-8'))
+    assert [one.name for one in judge(ast.parse(text), source.text_of)] == ['color.r']
 
 
 def test_functions_of_the_program_are_no_others_of_that_name():

@@ -47,6 +47,40 @@ while not rospy.is_shutdown():
 """
 
 
+CONTROLLER = """\
+import rospy
+from geometry_msgs.msg import Point
+
+class Pid:
+    def __init__(self, gain):
+        self.gain = gain
+        self.offset = 0.5
+        self.last = 0.25
+
+    def update(self, error):
+        self.last = error
+        return self.gain * error + self.offset
+
+class Controller:
+    def __init__(self):
+        self.pid = Pid(2.0)
+        self.pub = rospy.Publisher('~place', Point, queue_size=1)
+
+    def step(self):
+        self.pub.publish(self.pid.update(4.0), self.pid.last, 0.0)
+
+def main():
+    rospy.init_node('controller')
+    rate, controller = rospy.Rate(20), Controller()
+    while not rospy.is_shutdown():
+        controller.step()
+        rate.sleep()
+
+if __name__ == '__main__':
+    main()
+"""
+
+
 def late(name, *options):
     """{name of a location: the last column of `rosslt list`}."""
     return {line[0].split('/', 2)[2]: line[9] for line in lines('list', name, *options)}
@@ -69,7 +103,9 @@ def test_what_nothing_came_of_is_listed_as_such(master):
         assert (
             'a change of /late/start ' + LATE.format(place('/late', 'start')) in rosslt('doctor', '/late/place').stdout
         )
-        assert LATE.format(place('/late', 'start')) in failure('force', '/late/place/z', '1', '--source', '/late/start')
+        refused = failure('force', '/late/place/z', '1', '--source', '/late/start')
+        assert LATE.format(place('/late', 'start')) in refused
+        assert 'by now' not in refused
 
 
 def test_a_drag_and_a_force_leave_it_alone(master):
@@ -86,6 +122,17 @@ def test_an_unmodified_node_says_so_too(master, tmp_path):
         found = late('/unmodified')
         assert {name for name, why in found.items() if why} == {'~rate', 'said'}
         assert found['~limit'] == found['SPEED'] == found['TIMES'] == found['~y'] == ''
+
+
+def test_what_an_init_has_set_and_others_have_set_since_says_so(master, tmp_path):
+    with Unmodified(tmp_path, 'controller', CONTROLLER), Listener('controller/place', Point) as heard:
+        heard.next()
+        wait_until(lambda: late('/controller').get('last'), 'the first round')
+        assert {name for name, why in late('/controller').items() if why} == {'last'}
+        assert LATE.format('controller.py:8:21') in rosslt('set', '/controller/last', '3').stderr
+        for name in 'offset', 'pid':
+            assert rosslt('set', '/controller/' + name, '1.0').stderr == ''
+        heard.comes(lambda message: message.x == 5.0)
 
 
 def test_numbers_that_shape_a_formula_are_listed_on_request(master, tmp_path):

@@ -418,7 +418,7 @@ def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path, launched_nodes):
         '<launch><arg name="name"/><node pkg="launched_nodes" type="talker.py" name="$(arg name)"/>'
         '<node pkg="launched_nodes" type="talker.py" name="other"/></launch>'
     )
-    words = ['rosslt', 'launch', '--no-markers', '--except', 'other', str(file), 'name:=one']
+    words = ['rosslt', 'launch', '--no-markers', str(file), '--except', 'other', 'name:=one']
     with launched(launched_nodes, *words):
         wait_until(lambda: names_of('one'), 'the node is tracked', 60)
         assert command('list', '/other').returncode != 0
@@ -430,6 +430,15 @@ def test_a_launch_file_that_names_no_package_says_so(tmp_path):
     found = command('launch', str(file))
     assert found.returncode == 1
     assert 'package no_such_package was not found; looked in /' in found.stderr
+
+
+def test_two_launch_files_are_refused_in_words(tmp_path):
+    files = [tmp_path / name for name in ('one.launch', 'two.launch')]
+    for file in files:
+        file.write_text('<launch/>')
+    found = command('launch', *map(str, files))
+    assert found.returncode == 1
+    assert f'one launch file at a time, or a package and a file of it: {files[0]}, {files[1]}' in found.stderr
 
 
 def test_interactive_markers_run_beside_a_launch_file(run, tmp_path, launched_nodes):

@@ -104,11 +104,13 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
     """
     program = program or f'rosslt {name}'
     chosen = verb.load(name)
-    if not any(argument.is_rest for argument in chosen.ARGUMENTS):
+    parser = verb.parser(name, program)
+    if any(argument.is_rest for argument in chosen.ARGUMENTS):
+        options = parser.parse_args(arguments)
+    else:
         # roslaunch appends __name:= and the like; anything else with := may be a text for `set`
         arguments = [argument for argument in arguments if not re.match(r'__\w+:=', argument)]
-    parser = verb.parser(name, program)
-    options = parser.parse_args(arguments)
+        options = parser.parse_intermixed_args(arguments)
     if _takes_over(name):
         # The node that it runs ends as if it were run by itself: what it raises is its own.
         return chosen.run(options) or 0

@@ -114,13 +114,18 @@ class Traffic:
         """Return whether any message of a topic has provenance."""
         return any(stream.whole for (name, _), stream in self._streams.items() if name == topic)
 
+    def is_sampled_alone(self, topic: str) -> bool:
+        """Return whether the messages of a topic have provenance where they are published, and none came whole."""
+        sent = [stream for (name, _), stream in self._streams.items() if name == topic]
+        return any(stream.sampled for stream in sent) and not self.is_tracked(topic)
+
 
 def _is_result(path: str, value: object, field: str) -> bool:
-    """Return whether a leaf of a message is a number that somebody may want to force: one of the field that was asked
+    """Return whether a leaf of a message is a value that somebody may want to force: one of the field that was asked
     for, else one that has been computed."""
     plain = values.untracked(value)
     if field:
-        return type(plain) in (float, int) and _is_within(path, field)
+        return type(plain) in (float, int, str) and _is_within(path, field)
     return type(plain) is float and (plain != 0 or values.is_tracked(value)) and not path.endswith(_NO_RESULTS)
 
 
@@ -270,6 +275,14 @@ class Examination:
                 f'{others if sent.whole < sent.count else ""}: {sent.count / seconds:.1f} a second, '
                 f'{sent.size / sent.count:.0f} B each, {sent.provenance_size / sent.count:.0f} B of them provenance',
             )
+            waiting = [name for name in self._heard_by(publisher) if self._traffic.is_sampled_alone(name)]
+            if waiting and not sent.whole:
+                yield Finding(
+                    FAULT,
+                    f'what {publisher} reads on {" and ".join(waiting)} has no whole provenance either: nodes that '
+                    'read each other wait for each other. Set ~rosslt/rate of all of them above the rate of their '
+                    'messages, before they start',
+                )
             if sent.count == 1 and not sent.is_latched:
                 yield Finding(
                     NOTE,
@@ -297,9 +310,12 @@ class Examination:
         place = self._directory.of(source)
         return place is not None and not place.is_fixed
 
+    def _heard_by(self, node: str) -> List[str]:
+        """The topics that a node subscribes to."""
+        return sorted(name for name, nodes in self._state.subscribers.items() if node in nodes)
+
     def _why_plain(self, topic: str, publisher: str) -> str:
-        heard = sorted(name for name, nodes in self._state.subscribers.items() if publisher in nodes)
-        entering = [name for name in heard if name != topic and self._traffic.is_tracked(name)]
+        entering = [name for name in self._heard_by(publisher) if name != topic and self._traffic.is_tracked(name)]
         if publisher not in self._state.tracked_nodes:
             how = self._why_untracked(publisher)
         elif self._losses.why_plain(publisher, topic, self._traffic.of(topic, publisher)):
@@ -376,7 +392,7 @@ class Examination:
             return
         elsewhere = f'; RViz shows {", ".join(sorted(shown))}' if shown else ''
         yield Finding(
-            FAULT,
-            f'nobody shows its handles{elsewhere}: in RViz, add a display InteractiveMarkers with the Update Topic '
-            + ' or '.join(sorted(serving)),
+            FAULT if shown else NOTE,
+            f'nobody shows its handles{elsewhere}: roslaunch rosslt rviz.launch does; in an RViz of your own, add a '
+            'display InteractiveMarkers with the Update Topic ' + ' or '.join(sorted(serving)),
         )

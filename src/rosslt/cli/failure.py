@@ -14,8 +14,9 @@ class Misused(Exception):
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The known name that is most like a word, as ` (did you mean NAME?)`; '' if none is like it."""
-    found = difflib.get_close_matches(word, list(known), n=1)
-    return f' (did you mean {found[0]}?)' if found else ''
+    names = {name.lower(): name for name in known}
+    found = difflib.get_close_matches(word.lower(), names, n=1)
+    return f' (did you mean {names[found[0]]}?)' if found else ''
 
 
 def did_it_begin_with(path: str, known: Iterable[str]) -> str:

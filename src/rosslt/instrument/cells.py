@@ -118,18 +118,19 @@ def strip_by(kind: type, strip: Callable[[Any], Any]) -> None:
     _stripped_by[kind] = strip
 
 
-def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
+def cells_of(path: str, literals: List[Literal], digest: str, is_program: bool = False) -> 'Cells':
     """The cells of a file: the same ones, however often the file is loaded.
 
     Args:
         path: the real path of the file.
         literals: its literals, in the order of their cells.
         digest: the hash of the content that was read.
+        is_program: whether the file runs as the program, so that no other module calls what is in it.
     """
     with _lock:
         known = _files.get(path)
         if known is None:
-            known = _files[path] = Cells(path, literals, digest)
+            known = _files[path] = Cells(path, literals, digest, is_program=is_program)
         # What was edited and is loaded again is plain: its locations are those of the file as it was loaded first.
         return known if known.digest == digest else Cells(path, literals, digest, is_plain=True)
 
@@ -144,20 +145,23 @@ class Cells(list):
     """The numbers of a file, each in its cell.
 
     Args:
-        path, literals, digest: as of `cells_of`.
+        path, literals, digest, is_program: as of `cells_of`.
         is_plain: whether the numbers are no locations.
 
     Attributes:
-        path, literals, digest: the same.
+        path, literals, digest, is_program: the same.
         locations: {number of the cell: its CellLocation}, of those that are known.
         steps: the plain numbers in cells, to carry states on.
     """
 
-    def __init__(self, path: str, literals: List[Literal], digest: str, is_plain: bool = False) -> None:
+    def __init__(
+        self, path: str, literals: List[Literal], digest: str, is_plain: bool = False, is_program: bool = False
+    ) -> None:
         super().__init__()
         self.path = path
         self.literals = literals
         self.digest = digest
+        self.is_program = is_program
         self.locations: Dict[int, CellLocation] = {}
         self.steps = _Steps(self)
         self._is_plain = is_plain
@@ -297,7 +301,7 @@ class CellLocation(node.LiteralLocation):
             maximum=literal.maximum,
             is_named=literal.name is not None,
         )
-        self.is_polled = not literal.is_read_once
+        self.is_polled = not (literal.is_read_once or (literal.is_set_up and cells.is_program))
         if literal.verdict == NUMBER or literal.rule == 'no turn':
             self._retype(float)
 

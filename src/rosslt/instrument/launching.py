@@ -51,7 +51,10 @@ def launch(
     files = [argument for argument in arguments if ':=' not in argument]
     given = [argument for argument in arguments if ':=' in argument]
     try:
-        (file,) = roslaunch.rlutil.resolve_launch_arguments(files)
+        found = roslaunch.rlutil.resolve_launch_arguments(files)
+        if len(found) != 1:
+            raise NotLaunched(f'one launch file at a time, or a package and a file of it: {", ".join(files) or "none"}')
+        (file,) = found
         uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
         roslaunch.configure_logging(uuid)
         parent = _Parent(uuid, file, given, markers, only, others, screen, rviz)

@@ -6,8 +6,8 @@ keys and indices on the way down to the number. Lines and columns are no part of
 
 import ast
 import itertools
-from collections import Counter
-from typing import Dict, List, Optional, Sequence, Tuple
+import re
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -29,15 +29,16 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         for index, child in enumerate(value if isinstance(value, list) else [value])
         if isinstance(child, ast.AST)
     }
-    taken = Counter(name for _, name in nodes if name)
+    assigned = [name and re.sub(r'^self\.', '', name) for _, name in nodes]
+    waiting: Set[Optional[str]] = set(filter(None, assigned))  # of which none has been met yet
+    taken = set(waiting)
     found: List[Optional[str]] = []
-    for node, name in nodes:
+    for (node, _), name in zip(nodes, assigned):
         made = name or '.'.join(_words(node, places)) or None
-        if made and not name:
-            taken[made] += 1
-            if taken[made] > 1:
-                made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
-                taken[made] += 1
+        if made in taken and not (name and name in waiting):
+            made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
+        waiting.discard(name)
+        taken.add(made)
         found.append(made)
     return found
 

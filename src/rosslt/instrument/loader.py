@@ -119,7 +119,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
 
     node.include_file(names['__file__'])
     path = os.path.realpath(path)
-    names[CELLS] = cells.cells_of(path, made.literals, made.digest)
+    names[CELLS] = cells.cells_of(path, made.literals, made.digest, names['__name__'] == '__main__')
     reloading.watch(path)
     # A function of the module may be called with other globals.
     found = vars(builtins)

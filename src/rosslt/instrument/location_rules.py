@@ -58,7 +58,7 @@ RULES = {
         Rule('parameter', NUMBER, 'the value of a parameter that is left out in a call', 'def f(x=7.0): pass'),
         Rule('value', NUMBER, 'a value of its own', 'send(7.0)'),
         Rule('term', NUMBER, 'a term or a factor of a formula', 'x = 7.0 * y'),
-        Rule('counting name', WHOLE, 'an int that names, selects or counts: it stays an int', 'marker.id = 7'),
+        Rule('counting name', WHOLE, 'it names, selects, counts or limits a count: it stays an int', 'marker.id = 7'),
         Rule('enumeration', WHOLE, 'one of several names for whole numbers', 'class Mode:\n    MANUAL = 7'),
         Rule('used as a count', WHOLE, 'its name is used as a count or a size', 'n = 7\nfor i in range(n): pass'),
         Rule('divisor', FORM, 'what is divided by is a unit or a count', 'x = y / 7.0'),
@@ -175,6 +175,7 @@ class _Judge:
         self._text_of = text_of
         self._functions = own_functions(tree)
         self._counts, self._indices = _uses(tree, self._functions)
+        self._limits = _limits_of_counters(tree)
         self._strict = {id(node) for part in ast.walk(tree) if _is_strict(part) for node in ast.walk(part)}
 
     def __call__(self, node: ast.expr, constant: ast.Constant) -> Judgement:
@@ -218,7 +219,8 @@ class _Judge:
                 if child is node:
                     name = _assigned(parent)
                 if found or in_formula:
-                    return None, found if found and not _is_constant(formula) else 'term'
+                    is_added_turn = found == 'turn' and isinstance(parent, ast.AugAssign)
+                    return None, found if found and (is_added_turn or not _is_constant(formula)) else 'term'
                 return name, self._of_value(parent, child is node, name, is_whole)
             elif isinstance(parent, ast.keyword) and is_whole and parent.arg in COUNT_ATTRIBUTES and not in_formula:
                 return parent.arg, 'counting name'
@@ -340,7 +342,7 @@ class _Judge:
                 return 'used as an index'
             if targets & self._counts:
                 return 'used as a count'
-            if any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
+            if targets & self._limits or any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
                 return 'counting name'
             owner = self._parents.get(id(statement), (None, ''))[0]
             if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):
@@ -415,7 +417,8 @@ def _targets(statement: ast.AST) -> Set[str]:
 
 
 def _assigned(statement: ast.AST) -> Optional[str]:
-    return None if isinstance(statement, ast.AugAssign) else next(iter(sorted(_targets(statement))), None)
+    targets = getattr(statement, 'targets', None) or [getattr(statement, 'target', None)]
+    return None if isinstance(statement, ast.AugAssign) else next(filter(None, map(dotted, targets)), None)
 
 
 def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str], Set[str]]:
@@ -450,6 +453,20 @@ def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str],
                 if given in names:
                     names |= made_of
     return counts, indices
+
+
+def _limits_of_counters(tree: ast.AST) -> Set[str]:
+    """The names that are compared with a counter: with what is increased or decreased by whole numbers."""
+    counters = {
+        dotted(node.target)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.AugAssign)
+        and isinstance(node.op, (ast.Add, ast.Sub))
+        and type(getattr(node.value, 'value', None)) is int
+    }
+    comparisons = [[node.left, *node.comparators] for node in ast.walk(tree) if isinstance(node, ast.Compare)]
+    compared = [{name for name in map(dotted, sides) if name} for sides in comparisons]
+    return {name for names in compared if names & counters for name in names - counters}
 
 
 def _handed_on(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Iterator[Tuple[str, Set[str]]]:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from rosslt.cli.failure import Failure, Misused
+from rosslt.cli.failure import Failure
 from rosslt.cli.verb import RUN, Argument
 
 GROUP = RUN
@@ -21,15 +21,13 @@ ARGUMENTS = [
     Argument('--only', action='append', default=[], metavar='NODE', help='run no other node tracked'),
     Argument('--except', action='append', default=[], dest='others', metavar='NODE', help='run this node as it is'),
     Argument('--screen', action='store_true', help='show the output of all nodes'),
-    Argument('file', nargs=argparse.REMAINDER, metavar='[PACKAGE] FILE', help='and its arguments, NAME:=VALUE'),
+    Argument('file', nargs='+', metavar='[PACKAGE] FILE', help='and its arguments, NAME:=VALUE'),
 ]
 
 
 def run(options: argparse.Namespace) -> None:
     from rosslt import instrument
 
-    if not options.file:
-        raise Misused('which launch file?')
     try:
         instrument.launch(
             options.file,

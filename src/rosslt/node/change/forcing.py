@@ -334,6 +334,7 @@ class Forcing:
     def _reason(self) -> str:
         """Say what came instead, and why as far as it is known."""
         parts, last = [], self._loop.last
+        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
         if last is not None:
             parts.append(
                 f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
@@ -343,7 +344,7 @@ class Forcing:
                 self._became(source, readings[-1])
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
-                if readings and not any(messages.is_sent_as(new, reading) for reading in readings)
+                if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if self._loop.moves:
                 parts.append(
@@ -356,7 +357,6 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is not computed as its provenance said before the change')
             parts += others
-        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
         parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
         return '; '.join(dict.fromkeys([*parts, *self._notes]))
 
