@@ -75,14 +75,13 @@ class Watch:
             for topic, kind in graph.types.items()
             if topic in (self._only or graph.types) and _is_visible(topic, kind)
         }
-        before = self._reader.publishers().keys()
+        before = self._reader.topics()
         with contained('a topic cannot be watched'):
             self._reader.follow(present)
-        publishers = self._reader.publishers()
-        for topic in publishers.keys() - before:
+        for topic in self._reader.topics() - before:
             rospy.loginfo('watching %s (%s)', topic, present[topic])
-        for topic in publishers.keys() | before:
-            self._scene.keep_publishers(topic, publishers.get(topic, ()))
+        for topic in before:  # what has just been subscribed to need not be connected yet
+            self._scene.keep_publishers(topic, self._reader.publishers(topic))
 
     def _take(self, heard: node.Heard) -> None:
         with contained(f'a message on {heard.topic} cannot be read'):

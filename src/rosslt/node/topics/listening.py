@@ -60,10 +60,13 @@ class TopicReader:
             for topic in types.keys() - self._subscribers.keys():
                 each.callback(self._subscribe, topic, types[topic])
 
-    def publishers(self) -> Dict[str, Set[str]]:
-        """{topic: the nodes that are connected} of all topics that are read."""
-        # A node that crashed stays in the master's list: who is connected tells who is there.
-        return {topic: connected_publishers(subscriber) for topic, (_, subscriber) in self._subscribers.items()}
+    def topics(self) -> Set[str]:
+        """All topics that are read."""
+        return set(self._subscribers)
+
+    def publishers(self, topic: str) -> Set[str]:
+        """The nodes that are connected; a node that crashed stays in the master's list."""
+        return connected_publishers(self._subscribers[topic][1]) if topic in self._subscribers else set()
 
     def _subscribe(self, topic: str, type_: str) -> None:
         # a topic whose type nobody has told yet has the type *
@@ -103,7 +106,7 @@ class Listener:
             if topic not in types:
                 raise rospy.ROSException(f'nobody publishes {topic}')
         self._reader.follow({topic: types[topic] for topic in topics})
-        if topics and not self._reader.publishers():
+        if topics and not self._reader.topics():
             raise messages.UnknownType(f'{topics[0]} has the type {types[topics[0]]}, which is not installed here')
 
     def during(self, seconds: float) -> Iterator[Heard]:
