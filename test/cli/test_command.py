@@ -314,7 +314,7 @@ class TestForce:
         ],
     )
     def test_says_why_it_cannot(self, talker, field, value, reason):
-        assert reason in failure('force', field, value)
+        assert reason in failure('force', field, value, '--timeout', '60')
 
     def test_says_what_the_sources_are_where_it_is_told_another(self, talker):
         assert (

@@ -136,7 +136,7 @@ class TestDoctor:
                 publisher.publish(rosslt.location(1.0, name='x'))
                 rate.sleep()
             """
-        with Node('fast', fast):
+        with Node('fast', fast, '_rosslt/rate:=20'):
             wait_until(lambda: rosslt('explain', '/fast').returncode == 0, 'it publishes')
             assert '[x, fast.py:' in rosslt('echo', '-n', '1', '/fast').stdout
             (sent,) = (text for _, text in findings('/fast')[0] if text.startswith('/fast sends'))
@@ -359,21 +359,6 @@ class TestDoctor:
             text = ('note', 'text cannot be forced: it has no source, as /writer sends it')
             wait_until(lambda: text in findings('/note/text')[0], text[1])
             assert text not in findings('/note/scale')[0]
-
-    def test_names_nodes_that_wait_for_each_other(self, nodes):
-        loop = """
-            from geometry_msgs.msg import Point
-            heard = [Point()]
-            publisher = rosslt.Publisher('/{0}', Point, queue_size=1)
-            rosslt.Subscriber('/{1}', Point, lambda point: heard.__setitem__(0, point), queue_size=1)
-            rate = rospy.Rate(50)
-            while not rospy.is_shutdown():
-                publisher.publish(x=rosslt.location(1.0) + 0.5 * heard[0].x)
-                rate.sleep()
-            """
-        with Node('plant', loop.format('place', 'speed')), Node('controller', loop.format('speed', 'place')):
-            reason = 'what /plant reads on /speed has no whole provenance either: nodes that read each other wait'
-            wait_until(lambda: any(text.startswith(reason) for _, text in findings('/place')[0]), reason)
 
     def test_says_so_where_nobody_publishes(self, nodes):
         with Node('ear', "rospy.Subscriber('unheard', Pose, print)\nrospy.spin()"):

@@ -40,7 +40,7 @@ def test_half_a_drag_is_taken_back_by_the_command(master, tmp_path):
         dragged.stop(signal.SIGKILL)
     with Unmodified(tmp_path, 'dragged', NODE), Listener('dragged', PointStamped) as heard:
         heard.comes(lambda message: values.is_tracked(message.point.x) and message.point.x == 3.5)
-        assert rosslt('undo').returncode == 0
+        assert rosslt('undo', '/dragged').returncode == 0
         heard.comes(lambda message: (message.point.x, message.point.y) == (1.5, 2.5))
         assert rosgraph.Master('/test').getParam('/dragged/y') == 2.5
-        assert 'there is no change to take back' in failure('undo')
+        assert 'there is no change to take back' in failure('undo', '/dragged')

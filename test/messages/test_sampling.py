@@ -10,6 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import NotInvertible, Source, evaluate, is_tracked, math, solve, sources, track
 from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode, make_unknown, sampling
+from rosslt.messages.leaves import tracked_fields
 from rosslt.messages.sampling import MOST_THINGS, thing_reader
 from rosslt.values import UNKNOWN, untracked
 
@@ -24,6 +25,16 @@ class Sent:
     def __init__(self, shared_clock=lambda: 0.5):
         self.now, self.state = 100.0, 0
         self._sampled = SampledProvenance(lambda: RATE, lambda: self.now, shared_clock)
+
+    def _sends(self, message, at):
+        """Whether a message that depends on what is not known is sent as a whole one; notes its tracked leaves."""
+        self.now = 100.0 + at
+        data = self._sampled.to_send(message, False, self.state)
+        if data != SAMPLED:
+            plain = untracked(message)
+            attach(plain, data)
+            self.last_leaves = tracked_fields(plain)
+        return data != SAMPLED
 
     def is_whole(self, message, at=None):
         self.now = self.now if at is None else 100.0 + at
@@ -89,6 +100,16 @@ def test_a_message_that_waits_for_what_is_not_known_is_whole_next():
     for at in (0.06, 0.07, 0.3):
         assert not sent.is_whole(Point(read.x, Y, 0), at)
     assert sent.is_whole(Point(X, Y, 0), 0.31)
+
+
+def test_what_stays_unknown_comes_round_and_is_sent_as_plain():
+    sent = Sent()
+    read = unknown(Point(X, 0.0, 0.0))
+    whole = [at / 100 for at in range(500) if sent._sends(Point(read.x, Y, read.x + Y), at / 100)]
+    assert len(whole) == 2
+    assert min(whole[0], whole[1] - whole[0]) > sampling.COMES_ROUND
+    ((index, leaf, _),) = sent.last_leaves
+    assert (index, sources(leaf)) == (1, [B])
 
 
 def test_all_publishers_send_whole_messages_at_the_same_time():

@@ -88,6 +88,26 @@ SUM = """
     """
 
 
+#: A controller and a robot that read each other, at 50 Hz.
+CONTROLLER = """
+    goal, gain, last = rosslt.location(3.0, name='goal'), rosslt.location(0.5, name='gain'), [0.0]
+    rosslt.Subscriber('where', Float64, lambda message: last.__setitem__(0, message.data))
+    publisher, rate = rosslt.Publisher('speed', Float64, queue_size=1), rospy.Rate(50)
+    while not rospy.is_shutdown():
+        publisher.publish(gain * (goal - last[0]))
+        rate.sleep()
+    """
+ROBOT = """
+    x, last, lag = 0.0, [0.0], rosslt.location(0.1, name='lag')
+    rosslt.Subscriber('speed', Float64, lambda message: last.__setitem__(0, message.data))
+    publisher, rate = rosslt.Publisher('where', Float64, queue_size=1), rospy.Rate(50)
+    while not rospy.is_shutdown():
+        x += 0.02 * rosslt.untracked(last[0])
+        publisher.publish(x + lag * last[0])
+        rate.sleep()
+    """
+
+
 class Inbox(queue.Queue):
     """A subscriber's messages."""
 
@@ -127,6 +147,26 @@ class Topics(unittest.TestCase):
                 exact.next()
             for _ in range(5):
                 self.assertEqual({source.node for source in rosslt.sources(exact.next())}, {'/upstream', '/relay'})
+
+    def test_nodes_that_read_each_other_are_whole_again_after_sampled_messages(self):
+        def sources_of_next(inbox):
+            return {source.node for source in rosslt.sources(inbox.next())}
+
+        both = {'/controller', '/robot'}
+        with Node('controller', CONTROLLER), Node('robot', ROBOT):
+            inboxes = [Inbox(rosslt.Subscriber, topic, Float64, keep_provenance=True) for topic in ('/speed', '/where')]
+            every = Inbox(rosslt.Subscriber, '/speed', Float64)
+            for inbox in (*inboxes, every):
+                self.addCleanup(inbox.close)
+            for _ in range(2):
+                for inbox in inboxes:
+                    wait_until(lambda inbox=inbox: sources_of_next(inbox) == both, 'it is whole')
+                rospy.set_param('/controller/rosslt/rate', 5)
+                wait_until(lambda: rosslt.UNKNOWN in rosslt.sources(every.next()), 'some are sampled')
+                rospy.set_param('/controller/rosslt/rate', 100)
+                for inbox in inboxes:
+                    while not inbox.empty():
+                        inbox.next()
 
     def test_a_sum_of_fast_topics_that_is_whole_names_all_sources(self):
         rates = {'first': 200, 'second': 90}

@@ -114,11 +114,6 @@ class Traffic:
         """Return whether any message of a topic has provenance."""
         return any(stream.whole for (name, _), stream in self._streams.items() if name == topic)
 
-    def is_sampled_alone(self, topic: str) -> bool:
-        """Return whether the messages of a topic have provenance where they are published, and none came whole."""
-        sent = [stream for (name, _), stream in self._streams.items() if name == topic]
-        return any(stream.sampled for stream in sent) and not self.is_tracked(topic)
-
 
 def _is_result(path: str, value: object, field: str) -> bool:
     """Return whether a leaf of a message is a value that somebody may want to force: one of the field that was asked
@@ -275,14 +270,6 @@ class Examination:
                 f'{others if sent.whole < sent.count else ""}: {sent.count / seconds:.1f} a second, '
                 f'{sent.size / sent.count:.0f} B each, {sent.provenance_size / sent.count:.0f} B of them provenance',
             )
-            waiting = [name for name in self._heard_by(publisher) if self._traffic.is_sampled_alone(name)]
-            if waiting and not sent.whole:
-                yield Finding(
-                    FAULT,
-                    f'what {publisher} reads on {" and ".join(waiting)} has no whole provenance either: nodes that '
-                    'read each other wait for each other. Set ~rosslt/rate of all of them above the rate of their '
-                    'messages, before they start',
-                )
             if sent.count == 1 and not sent.is_latched:
                 yield Finding(
                     NOTE,

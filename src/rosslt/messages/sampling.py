@@ -18,12 +18,16 @@ from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_lea
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import lazy_of, untracked
 
-COSTLY = 0.001
-"""The CPU time in seconds that writing the provenance of all things of a publisher once may take; from there on it is
-written less often, in proportion: at 20 Hz, 2 % of a core."""
+SHARE = 0.02
+"""The part of a core that writing the provenance of all things of a publisher takes at most: it is written less often
+than the rate says, if that takes more."""
 
 LONGEST_PAUSE = 1.0
 """The longest time in seconds between whole messages of one thing, whatever they cost."""
+
+COMES_ROUND = 2 * LONGEST_PAUSE
+"""What has not been known for so many seconds, in which all publishers have sent whole messages more than once, comes
+from the messages themselves: nodes read each other."""
 
 TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
@@ -117,6 +121,7 @@ class SampledProvenance:
         self._rate = rate
         self._clock, self._shared_clock = clock, shared_clock
         self._due: Dict[Hashable, float] = {}
+        self._unknown_since: Dict[Hashable, float] = {}  # of things of which a whole message was due
         self._state: Any = None
         self._is_costly = False
         self._last: Optional[Encoding] = None  # of the last message if it was costly
@@ -147,17 +152,25 @@ class SampledProvenance:
             return b''  # it is serializing the message that says what is wrong
         start = time.thread_time()
         encoding = encoding_to_send(message, full_history, self._last)
+        if encoding.data == SAMPLED:
+            if len(self._unknown_since) >= MOST_THINGS:
+                self._unknown_since.clear()
+            since = self._unknown_since.setdefault(untracked(thing), now)
+            if now - since > COMES_ROUND:
+                encoding = encoding_to_send(message, full_history, None, cuts_unknown=True)
         data = encoding.data
+        if data != SAMPLED:
+            self._unknown_since.pop(thing, None)
         if data and data != SAMPLED:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
             self._due.setdefault(untracked(thing), due)
             cost = (time.thread_time() - start) * len(self._due)
-            self._is_costly = cost > COSTLY
+            self._is_costly = cost > SHARE * period
             if encoding is not self._last:
                 self._last = encoding if self._is_costly else None
             if is_due:
-                pause = max(period, min(LONGEST_PAUSE, cost / COSTLY * period))
+                pause = max(period, min(LONGEST_PAUSE, cost / SHARE))
                 # on average one a pause: what comes early or late does not shift those that follow
                 due = max(now, due + pause)
                 if self._is_costly:

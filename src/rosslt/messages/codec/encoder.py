@@ -31,6 +31,7 @@ from rosslt.messages.walkers import walkers
 from rosslt.values import (
     AFFINE,
     SOURCE,
+    UNKNOWN,
     Source,
     affine,
     disassemble,
@@ -121,10 +122,18 @@ def provenance_to_send(message: Message, full_history: bool = False) -> bytes:
     return encoding_to_send(message, full_history, None).data
 
 
-def encoding_to_send(message: Message, full_history: bool, before: Optional[Encoding]) -> Encoding:
-    """The same, with what it is of; `before` itself if it is of the same leaves."""
+def encoding_to_send(
+    message: Message, full_history: bool, before: Optional[Encoding], cuts_unknown: bool = False
+) -> Encoding:
+    """The same, with what it is of; `before` itself if it is of the same leaves.
+
+    Args:
+        cuts_unknown: send what depends on what is not known as plain.
+    """
     try:
         leaves = sent_fields(message)
+        if cuts_unknown:
+            leaves = [leaf for leaf in leaves if UNKNOWN not in sources(leaf[1])]
         if before is not None and before.is_of(leaves, full_history):
             return before
         return Encoding(leaves, full_history, _encoded_within_limit(message, leaves, full_history))

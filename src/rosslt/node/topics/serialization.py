@@ -27,7 +27,7 @@ class Sending:
     """
 
     full_history = False
-    rate = DEFAULT_RATE = 20.0
+    rate = DEFAULT_RATE = 100.0
     hold: Any = staticmethod(lambda _value, _least, _greatest: None)
 
     #: The parameters that set these.
