@@ -126,7 +126,21 @@ FAULTS = [
         '            self._state = state',
         ('test/messages/test_sampling.py',),
     ),
+    Fault(
+        'nodes_that_read_each_other_wait_for_ever',
+        'messages/sampling.py',
+        'if now - since > COMES_ROUND:',
+        'if now - since < 0.0:',
+        ('test/messages/test_sampling.py',),
+    ),
     # --- node
+    Fault(
+        'an_older_message_is_taken_for_the_new_one',
+        'node/change/change_request.py',
+        'return Shown.OLD if is_old else Shown.OTHER',
+        'return Shown.OTHER',
+        ('test/node/test_change_request.py',),
+    ),
     Fault(
         'a_state_that_is_set_back',
         'values/core/slots.c',
@@ -250,6 +264,13 @@ FAULTS = [
         ('test/flow',),
     ),
     # --- markers
+    Fault(
+        'a_number_is_rounded_beyond_its_bound',
+        'markers/drags/changes.py',
+        'if low <= rounder <= high and _is_within',
+        'if _is_within',
+        ('test/markers/test_changes.py',),
+    ),
     Fault(
         'handle_along_a_wrong_axis',
         'markers/scene/handles.py',
