@@ -24,12 +24,12 @@ import rospy
 from rosslt import values
 from rosslt.node.change.node_errors import ENDS, THREAD_ENDS
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations.bounds import checked_limits
 from rosslt.node.locations.call_sites import CallSite, call_site, identity_of, name_of, word_of
 from rosslt.node.locations.composed import readable
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.external import ExternalLocation
 from rosslt.node.locations.location import LiteralLocation, Location, Readable
+from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.rounds import watch_first_round
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock

@@ -1,4 +1,4 @@
-"""The bounds and the weight that the code gives a location."""
+"""Checks the bounds and the weight that the code gives a location; `location` checks its values against them."""
 
 import math
 from typing import Dict, Union
