@@ -24,6 +24,7 @@ import rospy
 from rosslt import values
 from rosslt.node.change.node_errors import ENDS, THREAD_ENDS
 from rosslt.node.json_scalars import Refused
+from rosslt.node.location_server import SETTINGS, Owner
 from rosslt.node.locations.call_sites import CallSite, call_site, identity_of, name_of, word_of
 from rosslt.node.locations.composed import readable
 from rosslt.node.locations.directory import Directory
@@ -33,7 +34,6 @@ from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.rounds import watch_first_round
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
-from rosslt.node.server import SETTINGS, Owner
 
 _owner = Owner()
 _BY_CALL = _owner.locations.by_call
