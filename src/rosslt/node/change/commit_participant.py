@@ -21,7 +21,7 @@ from rosslt import srv
 from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import NOTHING_TO_UNDO, Request, applied_change
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations.location import Change, Location
 from rosslt.node.service_calls import ask_all

@@ -6,7 +6,7 @@ import rospy
 
 from rosslt import srv
 from rosslt.node.change.locks import LOCKS, WHOLE, Lock
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import Location
 from rosslt.node.parameters.mirror import Parameters

@@ -16,7 +16,7 @@ import rospy
 
 from rosslt.messages import Scalar
 from rosslt.node.change.locks import LOCKS
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import LiteralLocation, Location, put_in_force
 from rosslt.node.no_master import NO_MASTER

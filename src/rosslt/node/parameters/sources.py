@@ -16,7 +16,7 @@ import rospy
 
 from rosslt import files, values
 from rosslt.messages import Scalar
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.location import Change, ParameterLocation, put_in_force

@@ -18,7 +18,7 @@ from rosslt import srv
 from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import new_request_id
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.locations.location import Location
 from rosslt.node.reconfigure.configuration import Configuration
 

@@ -1,4 +1,4 @@
-"""This node as the owner of its locations, as the modules below `location_server` see it."""
+"""The interface of the owner of locations (`location_server.Owner`), for the modules that it imports."""
 
 from typing import ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
 
