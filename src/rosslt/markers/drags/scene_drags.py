@@ -18,7 +18,7 @@ import rospy
 from rosslt import node, values
 from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags.drag import Drag
-from rosslt.markers.drags.drop import Drop
+from rosslt.markers.drags.drop_check import Drop
 from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle

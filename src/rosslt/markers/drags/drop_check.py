@@ -1,4 +1,4 @@
-"""Drops: a thing that was let go is looked at, as its node may compute it in another way by now."""
+"""Checks after a drop that messages show the thing there: the node may compute it in another branch by then."""
 
 import time
 from typing import Callable, Optional
