@@ -25,7 +25,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
     """`actionlib.SimpleActionClient`, whose goals keep provenance, and whose feedback and result hold tracked values.
 
     Args:
-        ns, ActionSpec: as of `actionlib.SimpleActionClient`.
+        ns, ActionSpec: as in `actionlib.SimpleActionClient`.
     """
 
     def __init__(self, ns: str, ActionSpec: type) -> None:  # noqa: N803 (actionlib's name)
@@ -110,7 +110,7 @@ class SimpleActionServer(actionlib.SimpleActionServer):
     """`actionlib.SimpleActionServer`, whose goals hold tracked values, and whose feedback and results keep provenance.
 
     Args:
-        name, ActionSpec, execute_cb, auto_start: as of `actionlib.SimpleActionServer`.
+        name, ActionSpec, execute_cb, auto_start: as in `actionlib.SimpleActionServer`.
     """
 
     def __init__(

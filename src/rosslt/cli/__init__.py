@@ -66,7 +66,7 @@ def command(version: str) -> int:
         version: of the package.
 
     Returns:
-        The exit code, as of `main`.
+        The exit code, as in `main`.
     """
     # A node that runs in this process has a command line of its own, and ends as it would by itself.
     is_node = any(map(_takes_over, sys.argv[1:2]))
@@ -100,7 +100,7 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
         program: the command's name in its help and errors, by default `rosslt VERB`.
 
     Returns:
-        The exit code, as of `main`.
+        The exit code, as in `main`.
     """
     program = program or f'rosslt {name}'
     chosen = verb.load(name)

@@ -28,7 +28,7 @@ def steps(path: str) -> List[Union[str, int]]:
     """The steps of a path: names and indices.
 
     Raises:
-        Failure: it is no path.
+        Failure: it is not a path.
     """
     try:
         return messages.path_steps(path)
@@ -127,7 +127,7 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     """A text as a value of a type.
 
     Raises:
-        ValueError: it is no such thing.
+        ValueError: it is not such a thing.
     """
     if kind == 'str':
         try:

@@ -27,7 +27,7 @@ def listener(*topics: str, is_exact: bool = False) -> node.Listener:
 
     Raises:
         Failure: the last publisher of a topic has just ended.
-        UnknownType: as of `Listener`.
+        UnknownType: as in `Listener`.
     """
     start_node()
     try:

@@ -52,7 +52,7 @@ def read_settled_bytes(path: str) -> bytes:
 
     Raises:
         Unsettled: it does not.
-        FileError: as of `read_bytes`.
+        FileError: as in `read_bytes`.
     """
     last, is_gone = _attempt(path), True
     for _ in range(LOOKS):
@@ -147,7 +147,7 @@ def _writable(path: str) -> os.stat_result:
 
 
 def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
-    """Replace the content of a file that keeps its inode; False if it holds another one than expected."""
+    """Replace the content of a file that keeps its inode; False if the content differs from the expected one."""
     with open(target, 'r+b') as file:
         if file.read() != expected:
             return False

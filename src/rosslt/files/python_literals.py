@@ -28,7 +28,7 @@ LITERALS = '__literals__'
 MINUS = re.compile(r'-[ \t]*')
 NEWLINE = re.compile(r'\r\n|\r|\n')
 
-#: Texts in several pieces, bytes and f-strings are no words: it is not one token that says them.
+#: Texts in several pieces, bytes and f-strings are not words: it is not one token that says them.
 _WORD = re.compile(
     r"""True|False|[uUrR]?(?:
     \'\'\'(?:[^'\\\r\n]|\\[^\r\n]|'(?!''))*\'\'\' | \"\"\"(?:[^"\\\r\n]|\\[^\r\n]|"(?!""))*\"\"\"

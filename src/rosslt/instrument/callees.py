@@ -1,4 +1,4 @@
-"""The names on which the rules for literals rest: calls, keywords and attributes whose numbers are no locations."""
+"""The names on which the rules for literals rest: calls, keywords and attributes whose numbers are not locations."""
 
 from typing import Set
 

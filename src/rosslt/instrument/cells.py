@@ -144,8 +144,8 @@ class Cells(list):
     """The numbers of a file, each in its cell.
 
     Args:
-        path, literals, digest: as of `cells_of`.
-        is_plain: whether the numbers are no locations.
+        path, literals, digest: as in `cells_of`.
+        is_plain: whether the numbers are not locations.
 
     Attributes:
         path, literals, digest: the same.
@@ -302,7 +302,7 @@ class CellLocation(node.LiteralLocation):
             self._retype(float)
 
     def make_known(self) -> None:
-        """Have it listed and changed; its name is another one if that is taken."""
+        """Have it listed and changed; if its name is taken, it gets a different one."""
         literal = self.cells.literals[self.number]
         for more in ((), (str(literal.line), str(literal.column)), (str(self.id),)):
             self.name = '_'.join((*_words(literal), *more))

@@ -27,7 +27,7 @@ def _plain(argument: Any) -> Any:
 
 
 def _with_provenance_of(made: Any, number: Any) -> Any:
-    """A number with the provenance of one that is equal but for rounding."""
+    """A number with the provenance of one that is equal except for rounding."""
     if type(made) is tuple:
         return tuple(map(_with_provenance_of, made, number))
     if type(made) not in _TRACKED:

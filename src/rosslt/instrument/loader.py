@@ -50,10 +50,10 @@ def rewritten(path: str, content: bytes, named: str) -> Rewritten:
     """A file, rewritten: from the cache if it was rewritten before.
 
     Args:
-        path, content, named: as of `rewrite`.
+        path, content, named: as in `rewrite`.
 
     Raises:
-        SyntaxError: as of `compile`.
+        SyntaxError: as in `compile`.
     """
     node.SOURCE_FILES.keep(path, content)
     key = hashlib.blake2b(

@@ -194,7 +194,7 @@ class _Judge:
             return None, 'strict'
         found, in_formula, name = None, False, None
         formula: Optional[ast.AST] = None
-        in_container = False  # what a list is extended by is no number that is carried on
+        in_container = False  # what a list is extended by is not a number that is carried on
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
@@ -444,7 +444,7 @@ def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str],
     handed_on = list(_handed_on(tree, functions))
     for names in (counts, indices):
         before = -1
-        while before < len(names):  # until no name hands on to another one any more
+        while before < len(names):  # until no name is added
             before = len(names)
             for given, made_of in handed_on:
                 if given in names:

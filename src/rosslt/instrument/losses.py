@@ -147,7 +147,7 @@ class Losses:
 
 
 def _place(frame: types.FrameType) -> Any:
-    """(file, line) of a frame of the node's own code, None for another one."""
+    """(file, line) of a frame of the node's own code, None for other code."""
     cells = frame.f_globals.get(CELLS)
     return None if cells is None else (cells.path, frame.f_lineno)
 

@@ -21,7 +21,7 @@ class Publisher(node.Publisher):
     """`rosslt.Publisher`, which makes the literals known that reach its messages, also while nobody subscribes.
 
     Args:
-        as of `rospy.Publisher`.
+        as in `rospy.Publisher`.
     """
 
     _look_again = 0.0
@@ -64,7 +64,7 @@ class Service(node.Service):
     """`rosslt.Service`, each of whose requests begins a round.
 
     Args:
-        as of `rospy.Service`.
+        as in `rospy.Service`.
     """
 
     def _begin_request(self) -> None:

@@ -189,7 +189,7 @@ def _with_later_sources(value: object, read: Callable[[], Any]) -> Any:
 
     def origin(number: object) -> Any:
         reading: Any = None
-        with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
+        with contextlib.suppress(LookupError, TypeError):  # its kind may have changed
             reading = read() if node.is_started() else None
         plain = values.untracked(reading)
         if type(plain) is not type(number) or plain != number:
@@ -311,7 +311,7 @@ def _tf2_geometry_msgs(original: types.ModuleType) -> Any:
 
 
 def _with_numbers_of(original: Any, tracked: Any) -> Any:
-    """A function of messages that gives the numbers of one function with the provenance of another one."""
+    """A function of messages that gives the numbers of one function with the provenance of a second one."""
 
     @functools.wraps(original)
     def function(*arguments: Any) -> Any:

@@ -16,7 +16,7 @@ from rosslt.instrument.loader import OwnModules, prepare, rewritten
 
 _RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
 _HERE = os.path.dirname(os.path.abspath(__file__))
-#: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
+#: The folders of what runs a node, which is not part of its tracebacks; a workspace may link to them.
 _OURS = tuple(
     os.path.join(find(os.path.dirname(_HERE)), room) + os.sep
     for find in (os.path.abspath, os.path.realpath)
@@ -84,7 +84,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
             _set_up()
             prepare(main.__dict__, made, script)
             sys.meta_path.insert(0, OwnModules(sys.path[0], include))
-            # What is there by now stays. The collector would go through it again and again, for 20 ms at a time.
+            # All objects loaded so far stay. The collector would visit them again and again, for 20 ms at a time.
             gc.freeze()
         exec(code, main.__dict__)
     except BaseException:

@@ -41,7 +41,7 @@ OPERATORS = {
 
 
 def name_of_cells(path: str, digest: str) -> str:
-    """The name by which the code of a file finds its cells: another one when the file says something else.
+    """The name by which the code of a file finds its cells; it differs for each content of the file.
 
     Args:
         path: the real path of the file.
@@ -85,7 +85,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
         named: what its code object calls the file, as in tracebacks.
 
     Raises:
-        SyntaxError: as of `compile`.
+        SyntaxError: as in `compile`.
     """
     source = SourceText(path, content)
     tree = ast.parse(content, named)
@@ -130,7 +130,7 @@ def _hidden(tree: ast.AST, cells: object) -> Tuple[Set[str], Tuple[type, ...]]:
     names: Set[str] = set()
     functions = own_functions(tree)
     before = -1
-    while before < len(names):  # until no name gets it from another one any more
+    while before < len(names):  # until no name is added
         before = len(names)
         for node in ast.walk(tree):
             names |= _given(node, functions, _Makers(kinds, cells, names))
@@ -257,7 +257,7 @@ class _Rewriter(ast.NodeTransformer):
         is_simple = len(node.args) in ((1, 2) if name == 'sum' else (1,)) and not node.keywords
         is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
         if conversion and is_simple:
-            if not self._bound.isdisjoint(('*', name)):  # another one may have that name, here or elsewhere
+            if not self._bound.isdisjoint(('*', name)):  # the node may use that name for something else
                 return _call(CONVERT, [node.func, *node.args], node)
             node.func = _name(conversion, node.func)
         elif is_simple and _last_name(node.func) in NUMPY_CONVERSIONS:
@@ -271,7 +271,7 @@ class _Rewriter(ast.NodeTransformer):
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
     def _is_known(self, node: ast.AST) -> bool:
-        """Return whether a left operand keeps its own provenance, is no number, or comes from a random function."""
+        """Return whether a left operand keeps its own provenance, is not a number, or comes from a random function."""
         return (
             id(node) in self._cells
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))

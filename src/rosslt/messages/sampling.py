@@ -126,7 +126,7 @@ class SampledProvenance:
 
         Args:
             message: an ordinary one.
-            full_history: as of `encode`.
+            full_history: as in `encode`.
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
 
         Returns:
@@ -210,7 +210,7 @@ class LastProvenance:
 
 
 def _moved(tracked: Message, value: Scalar) -> Any:
-    """A plain value with the provenance that it had a moment ago; itself if it is no number and another one now."""
+    """A value with the provenance that its field had a moment ago; a text or bool that has changed stays plain."""
     plain = untracked(tracked)
     if type(plain) is type(value) and bool(plain == value):
         return tracked

@@ -44,10 +44,10 @@ def init_node(name: str, *args: object, **rospy_options: object) -> None:
     """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
 
     Args:
-        name, and all others: as of `rospy.init_node`.
+        name, and all others: as in `rospy.init_node`.
 
     Raises:
-        rospy.ROSInitException, ValueError: as of `rospy.init_node`.
+        rospy.ROSInitException, ValueError: as in `rospy.init_node`.
     """
     rospy.init_node(name, *args, **rospy_options)
     start()
@@ -113,7 +113,7 @@ def location(
 
     Args:
         value: the literal: a float, int, str or bool; or a message, list or dict of them, each leaf of which
-            becomes a location (but for time stamps, sequence numbers and byte arrays).
+            becomes a location (except time stamps, sequence numbers and byte arrays).
         name: its name below `<node>/rosslt/`, words joined by `/`; by default made of file, function and variable. The
             same name with the same literal is the same location, wherever it is read.
         key: tells the turns of a loop apart; anything with a `str()`.
@@ -130,8 +130,8 @@ def location(
         The current value, tracked; for a message, list or dict a new one.
 
     Raises:
-        ValueError: the name is no name or is taken, the literal is out of bounds, or the bounds make no sense.
-        TypeError: the literal is of a type that cannot be a location, or a bound is no number.
+        ValueError: the name is malformed or taken, the literal is out of bounds, or the bounds make no sense.
+        TypeError: the literal is of a type that cannot be a location, or a bound is not a number.
     """
     if (value is None) == (getter is None):
         raise TypeError('location() takes either a value or a getter')
@@ -215,17 +215,17 @@ def add_location(
     """A location that is not a call in this node's code, for example a number in a script. For the rooms above.
 
     Args:
-        name: as of `location`; it is also what identifies the location.
+        name: as in `location`; it is also what identifies the location.
         site: the CallSite, which is where it stands.
-        getter, setter: as of `location`.
-        limits: `minimum`, `maximum`, `read_only`, `weight`, as of `location`; `is_named`, whether people know the name
+        getter, setter: as in `location`.
+        limits: `minimum`, `maximum`, `read_only`, `weight`, as in `location`; `is_named`, whether people know the name
             (by default they do not, and are told if it is alone).
 
     Returns:
         The ExternalLocation; its `tracked` is the current value, tracked.
 
     Raises:
-        ValueError: the name is no name or is taken.
+        ValueError: the name is malformed or taken.
     """
     base, identity = _named(name, None, site)
     with _named_place(site):

@@ -204,7 +204,7 @@ class Owner:
         return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
 
     def _claim_changes(self) -> None:
-        """Have the history know what there is by now of that which an earlier run has changed."""
+        """Tell the history which locations that an earlier run has changed exist now."""
         for location in self.locations.by_id.values():
             if isinstance(location, HeldLocation):
                 self.history.claim(location, location.value)
@@ -287,7 +287,7 @@ class Owner:
                 location, value = wanted[index]
                 try:
                     if self.known(location.id) is not location:
-                        raise Refused(f'{location.name} is another one by now')
+                        raise Refused(f'{location.name} was replaced meanwhile; list the locations and try again')
                     if type(value) is not location.type:  # of a parameter that has another type since
                         value = location.checked(value)
                     done[index] = (location, *location.set_outside(value))

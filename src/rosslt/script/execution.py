@@ -2,7 +2,7 @@
 
 A script can do little, and its run time is limited, as is the size of its numbers, texts and lists: one operation on
 a huge one takes as long as all that a script may do. This protects against accidents, for example an endless loop. It
-is no protection against attackers.
+does not protect against attackers.
 """
 
 import ast

@@ -121,7 +121,7 @@ def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
                 finite = False
             exact = exact and finite
             weights[id(operand)] = total if finite else 0
-    # What is left by now are sources.
+    # Only sources are left.
     return [(node, weights[id(node)]) for node, _ in nodes if id(node) in weights], exact
 
 
@@ -212,7 +212,7 @@ def _resized(value: Value) -> List[Value]:
     """Work out anew how large the newer half of an expression is, as what it is made of may have been folded since.
 
     Returns:
-        The values at the border to the older half, but for those that few operations made.
+        The values at the border to the older half, except those that few operations made.
     """
     if CORE is not None:
         found: Any = CORE.resized(value, HALF)

@@ -89,7 +89,7 @@ def plain(value: Value) -> Value:
 
 
 def plain_scalar(value: Value) -> Value:
-    """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is no such thing."""
+    """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is not such a thing."""
     kind = type(value)
     if kind in CLASSES:
         return value

@@ -1,7 +1,7 @@
 """The numbers of the page: a slider, a field or a box for each location, by node and by file.
 
 A number without a slider stands in a field for text: what is typed there is judged here, and not by the browser, which
-would say nothing of what is no number.
+would say nothing of what is not a number.
 """
 
 import collections

@@ -67,7 +67,7 @@ class Locations:
 
         Args:
             place: the location.
-            value, hand, refused: as of a Wish.
+            value, hand, refused: as in a Wish.
         """
         key = place.node, place.location.id
         with self._lock:

@@ -136,7 +136,7 @@ def run(
     """Show the page until this node is shut down.
 
     Args:
-        host, port, fixed_frame: as of a Page.
+        host, port, fixed_frame: as in a Page.
         password_file: a file whose first line is the password; None for no password.
         needs_no_password: whether a page that others can reach may go without.
 

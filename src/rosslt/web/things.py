@@ -250,7 +250,7 @@ class Things(Follower):
             self._refuse(event, thing)
 
     def _refuse(self, event: Event, thing: Thing) -> None:
-        """Tell a hand that another one holds the thing, and put the thing back."""
+        """Tell a hand that a second hand holds the thing, and put the thing back."""
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)

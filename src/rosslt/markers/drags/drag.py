@@ -28,7 +28,7 @@ class Drag:
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
-        turn: how far the hand has turned it, as of `Handle.turn`, also more than once around.
+        turn: how far the hand has turned it, as in `Handle.turn`, also more than once around.
         fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
         request: what it has changed: one change, in the histories of the owners as well.
@@ -79,7 +79,7 @@ class Drag:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
         if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
             return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
-        # An element of a list has an index for a name: if elements were added or removed, it is another one. A thing
+        # An element of a list is named by its index: if elements were added or removed, the name means another. A thing
         # with a name of its own stays the same, also if its node computes it from other sources.
         held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
         return 'another thing has taken its place' if handle.name.endswith(']') and held != present else None

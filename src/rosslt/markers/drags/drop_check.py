@@ -22,7 +22,7 @@ class Drop:
     Args:
         drag: it is over, and sources have followed it.
         change: changes the sources again for what is seen; False if it cannot.
-        resolution: how near it is where it was dropped, as of Rules.
+        resolution: how near it is where it was dropped, as in Rules.
     """
 
     def __init__(self, drag: Drag, change: Callable[[], bool], resolution: float = 0.0) -> None:

@@ -93,14 +93,14 @@ class Drags:
             return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
-        """A hand has moved a handle; False as of `hold`.
+        """A hand has moved a handle; False as in `hold`.
 
         If it has not said that it takes hold, it does so here: RViz reports the pose first, and the press then.
 
         Args:
             frame: the frame that the pose is in.
             pose: where it stands now.
-            hand: as of `hold`.
+            hand: as in `hold`.
         """
         with self._wake:
             drag = self._drag_of(name, hand, frame, pose)
@@ -328,8 +328,11 @@ class Drags:
         return None
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
-        """Why what a hand took hold of is no longer there, '' if it is: its numbers are gone, as where somebody has
-        saved a live script anew, and not merely without effect on it now, as in another branch of its node."""
+        """Why the thing that a hand took hold of is gone, '' if it is there.
+
+        It is gone if its sources no longer exist, as after a live script was saved anew. Sources that only have no
+        effect on it now, as in another branch of its node, do not count.
+        """
         held = list(drag.handle.tracked)
         if set(values.sources(held)) <= set(values.sources(list(handle.tracked))):
             return ''

@@ -110,7 +110,7 @@ def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[
 
     Args:
         present: as RViz has them; what a person has changed in them stays, and so do those that a person has added.
-        wanted: as of `displays_of`.
+        wanted: as in `displays_of`.
     """
     missing = {_subject(display): display for display in wanted}
     kept = []

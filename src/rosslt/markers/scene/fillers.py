@@ -29,14 +29,14 @@ def fills(numbers: Sequence[Any], neutral: Sequence[float]) -> bool:
 def without_fillers(
     ways: Dict[values.Source, Way], present: Mapping[values.Source, Any], rank_of: RankOf
 ) -> Dict[values.Source, Way]:
-    """The ways to turn a thing, but for those of sources that only fill an argument.
+    """The ways to turn a thing, except by sources that only fill an argument.
 
     These are 0, and changed only after others of the ways, as nobody has given them a name.
 
     Args:
         ways: of each source that turns it, the way.
         present: the values of sources.
-        rank_of: as of `Handle.motions`.
+        rank_of: as in `Handle.motions`.
     """
     first = min(map(rank_of, ways), default=0)
     return {source: way for source, way in ways.items() if present[source] != 0 or rank_of(source) <= first}

@@ -39,7 +39,7 @@ class Shown(NamedTuple):
 
 
 class Follower:
-    """A view of a scene, but for the drawing itself: `draw`, `move`, `erase` and `say`.
+    """A view of a scene, without the drawing itself: subclasses add `draw`, `move`, `erase` and `say`.
 
     Only `redraw` may be called by several threads at once.
 

@@ -26,7 +26,7 @@ class Selection:
 
     @property
     def rule(self) -> 'Rule':
-        """All that decides of handles, but for the other handles of their things."""
+        """All that decides which handles are drawn, except the other handles of their things."""
         return Rule(self.shows_all, self.things, len(self._things) <= FEW)
 
     def put(self, handle: Handle, motions: Motions) -> List[str]:
@@ -37,7 +37,7 @@ class Selection:
         return [name for name in parts if name != handle.name] if _outermost(parts) != before else []
 
     def drop(self, handle: Handle) -> List[str]:
-        """Forget a handle; gives names as of `put`."""
+        """Forget a handle; gives names as in `put`."""
         parts = self._things.get(handle.thing, {})
         before = _outermost(parts)
         parts.pop(handle.name, None)
@@ -64,7 +64,7 @@ class Selection:
 
 
 class Rule(NamedTuple):
-    """Attributes: shows_all, things: as of Selection; are_few: whether there are so few things that all show all."""
+    """Attributes: shows_all, things: as in Selection; are_few: whether there are so few things that all show all."""
 
     shows_all: bool
     things: FrozenSet[str]

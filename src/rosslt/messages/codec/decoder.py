@@ -88,7 +88,7 @@ def make_unknown(message: Message, leaves: Optional[Sequence[int]] = None) -> No
 
     Args:
         message: as received.
-        leaves: as of `Readings`; by default all but those in arrays of bytes.
+        leaves: as in `Readings`; by default all but those in arrays of bytes.
     """
     arrays: List[LocatedArray] = []
     found = locate(message, (*range(leaf_count(message)), END) if leaves is None else leaves, arrays)

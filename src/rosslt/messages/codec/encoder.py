@@ -295,7 +295,7 @@ class _Encoder:
         tables = self.tables
         sorted_keys = tables.sorted_coefficients()
         numbers = {key: number for number, key in enumerate([None, *itertools.chain(*sorted_keys)], IDENTITY)}
-        # Lists come behind the single ones, of which there are as many as there are by now.
+        # The numbers of lists follow those of the single coefficients, whose count is fixed at this point.
         sources, lists, coefficients = tables.counts()
         fields = [
             (index, sources + origin, 1 + coefficients + slope) if is_list else (index, origin, numbers[slope])

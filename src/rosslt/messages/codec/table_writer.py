@@ -85,7 +85,7 @@ class TableWriter:
         if source == UNKNOWN:
             raise Unknown
         if not isinstance(source.location_id, int):
-            raise Unencodable('its location id %r is no integer' % (source.location_id,))
+            raise Unencodable('its location id %r is not an integer' % (source.location_id,))
         if not 0 <= source.location_id < 1 << 48:
             raise Unencodable('its location id %d is not of 48 bits' % source.location_id)
         if len(self._sources) == TABLE_LIMIT:

@@ -54,7 +54,7 @@ class ChangeRequest:
             {Source: Change(old, new)} of this step.
 
         Raises:
-            ChangeRejected, SourceUnreachable: as of `request_values`. What nodes have kept nevertheless belongs to the
+            ChangeRejected, SourceUnreachable: as in `request_values`. What nodes have kept nevertheless belongs to the
                 change.
         """
         self.requested = time.monotonic()

@@ -124,7 +124,7 @@ def request_values(
 
     Args:
         wanted: {Source: new value}.
-        timeout, request_id: as of `force_value`.
+        timeout, request_id: as in `force_value`.
         asker: who asks; by default this node.
 
     Returns, Raises:
@@ -185,10 +185,10 @@ def force_value(
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; nothing was requested.
+        NotTracked, NotInvertible: as in `solve`; nothing was requested.
         ChangeRejected: an owner refuses.
         SourceUnreachable: an owner does not answer within the timeout.
-            Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
+            In both exceptions, `changed` says what could not be taken back in other nodes; it is rarely anything.
         rospy.ROSException: `init_node` has not been called.
     """
     asker, deadline = started('force_value'), time.monotonic() + timeout
@@ -212,7 +212,7 @@ def solved(
         solve: called with the limits, as arguments of `values.solve`.
 
     Raises:
-        values.NotInvertible: as of `solve`.
+        values.NotInvertible: as in `solve`.
     """
     limits = asker.directory.limits(sources, timeout)
     try:
@@ -325,7 +325,7 @@ def undo() -> Dict[values.Source, Change]:
 
 class Undone(NamedTuple):
     """The result of taking a request back: what has changed in each node, and the reasons if not all of it was
-    taken back; then nothing has changed, but for what could not be restored."""
+    taken back; then nothing has changed, except what could not be restored."""
 
     changes: Dict[str, List[msg.AppliedChange]]
     reasons: Dict[str, str]

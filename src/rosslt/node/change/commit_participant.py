@@ -198,7 +198,7 @@ class CommitParticipant:
         try:
             for location, _ in change.wanted:
                 if self._owner.known(location.id) is not location:
-                    raise Refused(f'{location.name} is another one by now')
+                    raise Refused(f'{location.name} was replaced meanwhile; list the locations and try again')
             change.reasons, change.changes = self._owner.apply(
                 change.wanted, change.requester, change.request_id, record=not change.is_undo
             )
@@ -314,7 +314,7 @@ def _check(request: srv.ChangeSourcesRequest) -> None:
     """Raises rospy.ServiceException if a request makes no sense."""
     problem: Optional[str] = None
     if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK):
-        problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'
+        problem = f'{request.phase!r} is not a phase: prepare, commit, abort, state or nothing'
     elif len(request.location_ids) != len(request.values):
         problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
     elif len(set(request.location_ids)) < len(request.location_ids):
@@ -338,5 +338,5 @@ def _problem_of_prepare(request: srv.ChangeSourcesRequest) -> Optional[str]:
         return f'{len(request.nodes)} nodes; at most {MOST_NODES} may take part'
     for node in request.nodes:
         if not (node.startswith('/') and rosgraph.names.is_legal_name(node)):
-            return f'{node!r} is no full name of a node'
+            return f'{node!r} is not the full name of a node'
     return None

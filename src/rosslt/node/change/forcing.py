@@ -47,7 +47,7 @@ class Outcome(NamedTuple):
         wanted: the target.
         seen: the field in the last message that was looked at, plain; None if none came.
         is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
-            moves by itself: whether it was solved for the moment it was seen at, and is no further from it than it
+            moves by itself: whether it was solved for the moment it was seen at, and is not further from it than it
             moves by itself.
         moves: whether the field moves after the change.
         rounds: how many times it was solved.
@@ -120,7 +120,7 @@ def force_field(
     a relative 1e-9) or comes no nearer (then a relative 1e-6 is enough).
 
     Args:
-        topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
+        topic: as in `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
         field: `pose/position/x`, `points[3].x`; '' for the whole message.
         target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
         source: change this Source alone.
@@ -136,7 +136,7 @@ def force_field(
     Raises:
         NotTracked, NotInvertible: there is no answer to begin with, or a joint would go beyond its limits in
             `robot_description`; nothing was requested.
-        ChangeRejected, SourceUnreachable: as of `force_value`.
+        ChangeRejected, SourceUnreachable: as in `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
         ValueError: the topic's messages have no such field, it cannot hold the target (400 in a `uint8`), or both
@@ -182,8 +182,8 @@ class Forcing:
         """Begin with a message.
 
         Raises:
-            values.NotTracked, values.NotInvertible: as of `force_field`; nothing was requested.
-            ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
+            values.NotTracked, values.NotInvertible: as in `force_field`; nothing was requested.
+            ChangeRejected, SourceUnreachable: as in `force_value`, in the first round.
             NotReached: no message has the wanted value.
             ValueError: the message has no such field, or that cannot hold what is wanted.
         """
@@ -370,7 +370,7 @@ class Forcing:
 
 
 def _differing(part: object, other: object) -> str:
-    """The leaves of a part of a message that differ from those of another one, in one line."""
+    """The leaves in which two parts of messages differ, in one line."""
     others = dict(values.leaves(other))
     found = []
     for path, leaf in values.leaves(part):

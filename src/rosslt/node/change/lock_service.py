@@ -36,7 +36,7 @@ class Locking:
     def lock_locations(self, request: srv.LockLocationsRequest) -> srv.LockLocationsResponse:
         """Lock or unlock locations, all or none, and say what is locked then."""
         if request.action not in (LOCK, UNLOCK, ASK):
-            raise rospy.ServiceException(f'{request.action!r} is no action: lock, unlock or nothing')
+            raise rospy.ServiceException(f'{request.action!r} is not an action: lock, unlock or nothing')
         owner = self._owner
         with owner.lock:
             if request.action != ASK:

@@ -27,7 +27,7 @@ class Location:
         id: 48 bits, the same after a restart.
         name: below `<node>/rosslt/`; a full name if it is a parameter elsewhere.
         is_named: False if the code gives no name, and the name is made of file and line.
-        literal: the value in the code, None if that is no literal.
+        literal: the value in the code, None if that is not a literal.
         site: the CallSite that created it.
         source: the location as a Source.
         type: `float`, `int`, `str` or `bool`.
@@ -242,7 +242,7 @@ class HeldLocation(Location):
         return self._value
 
     def is_other(self, value: Scalar) -> bool:
-        """Return whether a value is another one than that in force, or of another type."""
+        """Return whether a value differs from the one in force, or has a different type."""
         return type(value) is not type(self._value) or bool(value != self._value)
 
     def read_in_round(self) -> None:
@@ -356,7 +356,7 @@ class Locations:
     Attributes:
         node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
-        by_call: {(id of the code, offset in it, name, key): Readable} of the calls that were made, as of `at_call`.
+        by_call: {(id of the code, offset in it, name, key): Readable} of the calls that were made, as in `at_call`.
         lock: CHANGE_LOCK.
     """
 

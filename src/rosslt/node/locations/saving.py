@@ -165,8 +165,8 @@ def _why_not(place: Place, origin: Any) -> str:
 
 
 def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
-    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' if
-    it may. Launch files are included several times, and YAML files loaded in several namespaces."""
+    """Why the place that sets a parameter must not be written: it also sets a parameter with a different value; ''
+    if it may. Launch files are included several times, and YAML files loaded in several namespaces."""
     own = _where(origins[place.location.name])
     others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
     if not others:

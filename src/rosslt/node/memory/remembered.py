@@ -250,7 +250,7 @@ def _alike(before: object, value: object) -> Any:
 
 
 def _rebuilt(held: Sequence[Any], others: Dict[int, Any]) -> List[Any]:
-    """Numbers, and tuples with other numbers in them; the same objects if nothing in them is another one.
+    """Numbers, and tuples with other numbers in them; the same objects if nothing in them has changed.
 
     Args:
         held: the numbers and tuples as they were.

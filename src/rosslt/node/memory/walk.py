@@ -19,7 +19,7 @@ import genpy
 from rosslt import values
 from rosslt.node.memory.own_code import is_own_module
 
-#: What gives an owner, as of `values.exchange`; None if it is gone.
+#: What gives an owner, as in `values.exchange`; None if it is gone.
 Reference = Callable[[], Any]
 _Look = Callable[[Any], None]
 
@@ -40,7 +40,7 @@ class Slot:
 
     Attributes:
         owner: gives its owner.
-        key: as of `values.exchange`.
+        key: as in `values.exchange`.
         value: the number, or the tuple with some in it; for a list or deque, a tuple of those of its elements.
     """
 

@@ -62,6 +62,6 @@ def _settings_of_others(server: ParameterServer, own_name: str) -> Dict[str, Acc
                 found[node] = Access()
                 found[node].start(node)
             value = server.get(key)
-            with contextlib.suppress(Refused):  # what is no list of locks locks nothing there either
+            with contextlib.suppress(Refused):  # what is not a list of locks locks nothing there either
                 found[node].set(setting, {} if value is None else value)
     return found

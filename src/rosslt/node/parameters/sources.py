@@ -61,7 +61,7 @@ class ReadParameters:
         Args:
             key: its full name.
             where: the call that asks for it.
-            default, as_float: as of `rosslt.get_param`.
+            default, as_float: as in `rosslt.get_param`.
 
         Raises:
             KeyError: the parameter is not set, and there is no default.
@@ -230,7 +230,7 @@ class ReadParameters:
         try:
             self._owner.locations.add(location)
         except ValueError as error:
-            rospy.logwarn('the parameter %s is no source: %s', name, error)
+            rospy.logwarn('the parameter %s is not a source: %s', name, error)
         else:
             self._present[name] = location
 
@@ -327,7 +327,7 @@ def _unit(tree: Tree, name: str) -> str:
 
 
 def _lacking(key: str, value: Tree, stands: Tree) -> Iterator[Tuple[str, Tree]]:
-    """The parameters of a tree that another one has not: (full name, value)."""
+    """The parameters of a tree that a second tree lacks: (full name, value)."""
     if stands is None:
         yield key, value
     elif isinstance(value, dict) and isinstance(stands, dict):

@@ -27,7 +27,7 @@ class Buffer(tf2_ros.Buffer):
     """`tf2_ros.Buffer`, whose lookups know where their numbers came from.
 
     Args:
-        cache_time, debug: as of `tf2_ros.Buffer`.
+        cache_time, debug: as in `tf2_ros.Buffer`.
     """
 
     def __init__(self, cache_time: Optional[rospy.Duration] = None, debug: bool = True) -> None:

@@ -4,7 +4,7 @@ Recording a call keeps NumPy's function and its operands, and nothing else. When
 comes from, the call is expanded: a ufunc by its row of the table; any other function by calling it with symbols, which
 it can add, multiply and move, and cannot look at, so that what it makes of them holds for all numbers. A function that
 looks at its operands (`sort`, `svd`), and a graph of more operations on numbers than an expression may have, becomes a
-call with numbers as of `operation`: the same function is called again to be evaluated, and its slopes are differences.
+call with numbers as in `operation`: the same function is called again to be evaluated, and its slopes are differences.
 """
 
 import functools
@@ -107,7 +107,7 @@ class Gathering:
         self.entries = {serial: entries[serial] for serial in used if serial in entries}
 
     def run(self, value_of: Callable[[Operand], Any], is_of_objects: bool) -> Any:
-        """Compute the result for other operands, as of `Call`."""
+        """Compute the result for other operands, as in `Call`."""
         parts = {serial: numpy.ravel(value_of(entry)) for serial, entry in self.entries.items()}
         kind = object if is_of_objects else numpy.result_type(self.numbers, *parts.values())
         result = self.numbers.astype(kind, 'C')
@@ -119,7 +119,7 @@ class Gathering:
 
 
 class Node:
-    """An operation that made the elements of an array. It is never changed, but for what means the same.
+    """An operation that made the elements of an array. Immutable, except for equivalent replacements.
 
     Args:
         call: what made it.
@@ -169,7 +169,7 @@ class Node:
         return float(NOISE * numpy.finfo(self.kind).eps * self._largest) if is_float else 0.0
 
     def known(self, index: int, number: Any) -> Any:
-        """An element; LAZY if it is not known yet, or is the number only but for what was rounded."""
+        """An element; LAZY if it is not known yet, or differs from the number by rounding."""
         made: Any = LAZY if self._elements is None else self._elements[index]
         return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
 

@@ -51,7 +51,7 @@ class Operation:
         left, right, both: the forms of a row of the table.
 
     Raises:
-        TypeError: something is no function; an operation with a code lacks an inverse or a slope.
+        TypeError: something is not a function; an operation with a code lacks an inverse or a slope.
         ValueError: there is another number of inverses or slopes than of operands.
     """
 
@@ -159,7 +159,7 @@ def operation(
     any number.
 
     Raises:
-        TypeError, ValueError: as of `Operation`; the code or the name is taken.
+        TypeError, ValueError: as in `Operation`; the code or the name is taken.
     """
     made = Operation(
         code,

@@ -56,7 +56,7 @@ MOST_DIGITS = 10**4
 
 MOST_COMPUTED = 2**26
 """The most bits or characters that a program computes of tracked operands: a script that is edited does not end
-otherwise, as of `9 ** 9 ** 9`."""
+otherwise, as in `9 ** 9 ** 9`."""
 
 
 class TooLong(OverflowError):

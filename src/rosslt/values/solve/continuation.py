@@ -50,7 +50,7 @@ class Path(System):
         return None
 
     def _candidates(self, last: Point) -> Iterator[Point]:
-        """Solutions in the order in which they are taken, if they are no jump.
+        """Solutions in the order in which they are taken, if they are not jumps.
 
         The first two depend on what is wanted alone, so that they come back where it does.
         """
@@ -122,7 +122,7 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
+        """Return True if the slopes between two points explain the distance between them, so that it is not a jump."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= RELATIVE * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -165,14 +165,14 @@ def continued(
         xs: tracked scalars with the source values that they had where the path began; plain ones stay.
         targets: as many values.
         last: `{Source: value}` of the last answer on this path, `{}` at its beginning.
-        sources, bounds, read_only, rank, weights: as of `solve`.
+        sources, bounds, read_only, rank, weights: as in `solve`.
 
     Returns:
         `{Source: new value}` of all sources that differ from the beginning. On a path that comes back to where it began
         that is `{}`.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; also if there are answers, but none that the last one leads to.
+        NotTracked, NotInvertible: as in `solve`; also if there are answers, but none that the last one leads to.
             The previous values should then stay, and `last` too.
     """
     options: Dict[str, Value] = {

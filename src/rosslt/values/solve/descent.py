@@ -42,7 +42,7 @@ class Descents(Equations):
     """Equations whose unknowns have limits and scales, and steps towards what is wanted.
 
     Args:
-        graph, goals, unknowns, budget, base: as of `Equations`.
+        graph, goals, unknowns, budget, base: as in `Equations`.
         freedom: the constraints on the unknowns (`freedom.Freedom`).
     """
 

@@ -26,7 +26,7 @@ Limits = Tuple[Value, Value]
 
 
 class OutOfBounds(NoPreimage):
-    """The answer found is beyond a bound; there may be another one within."""
+    """The answer found is beyond a bound; there may be a second one within."""
 
 
 class NoFormula(NoPreimage):

@@ -248,7 +248,7 @@ class System(Descents):
             value if value == start else self._clamped(place, float('%.*g' % (DIGITS, value)))
             for place, (value, start) in enumerate(zip(tidy, self.start))
         ]
-        self._budget.left = math.inf  # looking at an answer is no part of the search for it
+        self._budget.left = math.inf  # looking at an answer is not part of the search for it
         limit = max(self._distance(x), ULPS)
         if self.accepts(short) and self._distance(short) <= limit:
             return short
