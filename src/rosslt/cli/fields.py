@@ -50,10 +50,10 @@ def conditions(text: str) -> Dict[str, str]:
 
 
 def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[str]:
-    """The path of a field in that thing of a message that meets conditions; None if the message is about others.
+    """The path of a field in the thing of a message that meets conditions; None if the message has no such thing.
 
-    A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
-    condition is about a list of names, the element of the field at the same index: `name=elbow` of a JointState.
+    A thing is the message itself, or an element of the first array that the path gives without an index. If the
+    condition is about a list of names, it is the element of the field at the same index: `name=elbow` of a JointState.
 
     Args:
         path: the path of the field, without the index to find.

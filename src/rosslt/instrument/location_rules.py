@@ -399,7 +399,7 @@ def _is_text(node: Optional[ast.AST]) -> bool:
 
 
 def _last(node: ast.AST) -> str:
-    """The last part of what is called or named: `cos` of `math.cos`."""
+    """The last part of the name of a function or variable: `cos` of `math.cos`."""
     if isinstance(node, ast.Call):
         node = node.func
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')

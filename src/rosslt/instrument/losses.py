@@ -88,7 +88,7 @@ class Losses:
                     del kind.__float__
 
     def note(self, frame: Any) -> None:
-        """A number has lost its provenance in what a frame does, or in what was called from there."""
+        """Count a number that has lost its provenance in a frame, or in a function called from there."""
         while frame is not None:
             place = _place(frame)
             if place is not None:
@@ -104,7 +104,7 @@ class Losses:
         return dict(self._counts)
 
     def sent(self, topic: str, frame: Any) -> None:
-        """A frame of the node, or what was called from there, has published a message."""
+        """Note that a frame of the node, or a function called from there, has published a message."""
         while frame is not None and _place(frame) is None:
             frame = frame.f_back
         place = frame and (topic, *_place(frame))

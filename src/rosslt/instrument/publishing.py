@@ -99,7 +99,7 @@ def _take_fractions(leaves: List[object]) -> None:
     """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats,
     and angles, such as one in degrees.
 
-    What is computed with other numbers as well may be a count.
+    A parameter that is combined with other numbers may be a count.
     """
     alone = [values.source_of_functions(leaf) for leaf in leaves]
     for source in dict.fromkeys([*alone, *values.sources_of_angles(leaves)]):

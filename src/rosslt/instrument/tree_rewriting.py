@@ -1,5 +1,5 @@
-"""Rewrites the syntax tree of a node: a number literal becomes the reading of a location, what is imported becomes what
-keeps provenance, and a state is cut off from its past. Lines and columns stay those of the file.
+"""Rewrites the syntax tree of a node: a number literal becomes the reading of a location, imported functions become
+ones that keep provenance, and a state is cut off from its past. Lines and columns stay those of the file.
 """
 
 import ast
@@ -151,7 +151,7 @@ class _Makers(NamedTuple):
             return False
         if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
             return _last_name(node) in self.names
-        # What is computed with ints is mostly a float; floats are looked for if there is NumPy alone.
+        # Results of arithmetic on ints are mostly floats, which are looked for only if there is NumPy.
         has_floats = float in self.kinds
         return any(
             (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
@@ -288,7 +288,7 @@ class _Rewriter(ast.NodeTransformer):
         if isinstance(node, ast.UnaryOp):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
-            # What is computed of numbers with provenance by a function has it, in floats too if there is NumPy.
+            # With NumPy, any function of such numbers may give one; else only those that give ints.
             is_of_hidden = float in self._kinds and any(map(self._may_be_hidden, node.args))
             return is_of_hidden or _last_name(node.func) in ('int', 'round', 'len', 'abs')
         name = _last_name(node)
@@ -303,7 +303,7 @@ class _Rewriter(ast.NodeTransformer):
         operands = [node.left, *node.comparators]
         if any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
             return node
-        # What is the same number must be the same object, as it is without provenance.
+        # One number must be one object, as it is without provenance.
         if len(operands) == 2 and not has_literals:
             same = _call(SAME, operands, node)
             return same if isinstance(node.ops[0], ast.Is) else ast.copy_location(ast.UnaryOp(ast.Not(), same), node)

@@ -1,4 +1,4 @@
-"""Warnings on rosout, each fault once: what is wrong with a message is wrong with the next one, too."""
+"""Warnings on rosout, each fault once: the next message is likely to have the same fault."""
 
 import logging
 from typing import Hashable, Set

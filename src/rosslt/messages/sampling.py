@@ -1,9 +1,9 @@
 """Provenance is sampled: a publisher writes it at a rate, and marks the messages between.
 
 A message is whole, with the provenance of all its tracked leaves, or it is sampled: it has tracked leaves and is sent
-without their provenance, which its mark says. Every other message is plain: it has no source. What a node computes of a
-sampled message depends on `values.UNKNOWN`, and a message with such a leaf is sampled as well. What is one thing for
-publishers and readers alike, `ThingReader` says.
+without their provenance, which its mark says. Every other message is plain: it has no source. Results that a node
+computes from a sampled message depend on `values.UNKNOWN`, and a message with such a leaf is sampled as well.
+`ThingReader` decides, for publishers and readers alike, which messages are about one thing.
 """
 
 import functools
@@ -27,8 +27,8 @@ LONGEST_PAUSE = 1.0
 
 TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
-several inputs is whole only if all of these are, and each might else be whole at another time. What is faster than
-20 Hz has a message in it, and what is slower is mostly whole anyway."""
+several inputs is whole only if all of these are, and each might else be whole at another time. A topic faster
+than 20 Hz has a message in this time, and the messages of a slower topic are mostly whole anyway."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -130,7 +130,7 @@ class SampledProvenance:
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
 
         Returns:
-            SAMPLED between whole ones, and if a leaf depends on what is not known: then the next one is asked again;
+            SAMPLED between whole ones, and if a leaf depends on `UNKNOWN`: then the next message is checked again;
             b'' if no leaf is tracked.
         """
         if state != self._state:
@@ -201,7 +201,7 @@ class LastProvenance:
                 self._kept.clear()
             self._kept[thing] = fields, form
             return message
-        result = untracked(message)  # what is tracked in it depends on what is not known
+        result = untracked(message)  # its tracked leaves depend on `UNKNOWN`
         kept, kept_form = self._kept.get(thing, ((), form))
         if kept_form == form:
             found = locate(result, [*(index for index, _, _ in kept), END], [])

@@ -78,7 +78,7 @@ def _end_by(report: Callable[..., Any], kind: object, error: BaseException, trac
 
 
 def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
-    """A thread raises an exception, such as that of a `rospy.Timer`: as `_end_by` of the main program."""
+    """Do what `_end_by` does if a thread raises an exception, such as the thread of a `rospy.Timer`."""
     report(raised)
     _take_back(raised.exc_value, THREAD_ENDS)
 

@@ -129,7 +129,7 @@ class Owner:
         MASTER_WATCH.start()
 
     def publish_locations(self) -> None:
-        """Publish the locations soon: there are others than before, or others may change them."""
+        """Publish the locations soon: the list has changed, or who may change them."""
         if self._locations is not None:
             self._background.call_soon(self._publish_locations, SETTLING)
             self._show_to_reconfigure()

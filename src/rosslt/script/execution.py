@@ -41,7 +41,7 @@ MOST_BITS = sys.float_info.max_exp
 
 TICK = '__tick__'
 
-#: Checks the size of what is read from a variable, a list or a dict. So an operation gets nothing huge.
+#: Checks the size of values read from a variable, a list or a dict, so that no operation gets huge operands.
 SIZED = '__sized__'
 
 #: These check what an operation will come to that may be huge, as in `x ** y`: for `x * y`, for the y of `x *= y`, and
@@ -98,7 +98,7 @@ BUILTINS = (
 )
 
 
-#: The logarithms of what the functions come to whose results may be huge, from whole numbers.
+#: {name of a function of whole numbers whose result may be huge: gives the logarithm of the result}.
 COUNTING: Dict[str, Callable[..., float]] = {
     'factorial': lambda n: math.lgamma(n + 1.0),
     'perm': lambda n, k=None: math.lgamma(n + 1.0) - (0.0 if k is None or k > n else math.lgamma(n - k + 1.0)),

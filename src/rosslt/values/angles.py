@@ -18,8 +18,8 @@ _DEGREE = math.radians(1.0)
 def sources_of_angles(xs: Iterable[Value]) -> List[Source]:
     """The sources that are angles if values were computed from them, each once.
 
-    An angle is what is converted from degrees to radians, or that of which a sine, cosine or tangent is taken, also
-    if it was multiplied by plain numbers before. A count is not an angle, though a circle may be divided by it.
+    A number is an angle if it is converted from degrees to radians, or if its sine, cosine or tangent is taken,
+    also after it was multiplied by plain numbers. A count is not an angle, though a circle may be divided by it.
 
     Args:
         xs: tracked or plain scalars.

@@ -186,7 +186,7 @@ def _number(result: Value) -> Value:
 
 
 def _each(functions: Functions) -> Sequence[Optional[Function]]:
-    """Inverses or slopes as a sequence; a single one is that of the first argument."""
+    """Inverses or slopes as a sequence; a single function belongs to the first argument."""
     if isinstance(functions, (tuple, list)):
         return tuple(functions)
     return () if functions is None else (functions,)  # type: ignore[return-value]

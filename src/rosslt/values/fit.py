@@ -1,4 +1,4 @@
-"""Fitting: the source values that bring many results as near as possible to what was measured.
+"""Fitting: the source values that bring many results as near as possible to measured ones.
 
 Calibration, without a line of model: the expressions of the results are the model, and their slopes are exact. SciPy's
 `least_squares` does the search.
@@ -63,7 +63,7 @@ def fit(
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
 ) -> Fit:
-    """Find the source values that bring many results as near as possible to what was measured (least squares).
+    """Find the source values that bring many results as near as possible to measured ones (least squares).
 
     Args:
         values: a sequence of tracked numbers, or of messages holding such; or anything that `solve` takes.

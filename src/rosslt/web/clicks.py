@@ -47,7 +47,7 @@ class Clicks:
         self._selected[client.client_id] = name
 
     def click(self, client: viser.ClientHandle, name: str) -> None:
-        """Somebody clicks on a thing; viser reports this as a click anywhere, too, if it listens to such."""
+        """Somebody clicks on a thing; viser also reports this as a click anywhere, if it listens to those."""
         if client.client_id in self._selected:
             self._on_thing.add(client.client_id)
         self.select(client, name)

@@ -48,7 +48,7 @@ class Shown(Look):
 
     Args:
         client: who sees it.
-        sources: gives what is looked at.
+        sources: gives the sources that are looked at.
         topic: where the ways of the sources lead that are written out; None for none.
     """
 

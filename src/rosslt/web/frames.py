@@ -1,4 +1,4 @@
-"""The frames of tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
+"""The frames of tf, shown as branches of the page's tree of things, so that things in a frame move with it."""
 
 import collections
 import re

@@ -18,7 +18,7 @@ from rosslt.web.frames import Frames
 #: What a browser reports of a hand.
 Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]
 
-#: The length of an arrow, and the width of the lines of arrows and rings, in pixels: they are as large from everywhere.
+#: The length of an arrow, and the width of the lines of arrows and rings, in pixels, at any distance.
 ARROW_LENGTH, LINE_WIDTH = 90.0, 3.0
 
 #: The rotation of a control that acts along, or around, the axes of the frame.

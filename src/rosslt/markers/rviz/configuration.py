@@ -106,7 +106,7 @@ def displays_of(types: Dict[str, str], has_robot: bool) -> List[Dict[str, Any]]:
 
 
 def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
-    """The displays of RViz with those that are wanted, each once, and without those of what is gone.
+    """The displays of RViz with the wanted ones added, each once, and without those of topics that are gone.
 
     Args:
         present: as RViz has them; what a person has changed in them stays, and so do those that a person has added.
@@ -124,7 +124,7 @@ def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[
 
 
 def _subject(display: Dict[str, Any]) -> Optional[Tuple[str, str]]:
-    """(Class, topic or parameter) of a display; None of one that shows neither."""
+    """(Class, topic or parameter) of a display; None if it shows neither a topic nor a parameter."""
     shown = display.get(_SUBJECTS.get(display['Class'], ''))
     return (display['Class'], shown) if shown else None
 

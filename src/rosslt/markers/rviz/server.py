@@ -65,7 +65,7 @@ class Server(InteractiveMarkerServer):
                 raise
 
     def publishInit(self) -> None:  # noqa: N802  (the name is the base class's)
-        """Keep what is there for those who come."""
+        """Keep the present markers for viewers that connect later."""
         with self.mutex:
             markers = [context.int_marker for context in self.marker_contexts.values()]
         try:

@@ -1,8 +1,8 @@
 """Bringing a view up to date with a scene: what every view does alike.
 
-A view is told nothing. Whenever it draws, it takes from the scene what is new, and draws, moves and erases what differs
-from what it shows. Nothing of the scene is locked meanwhile. What a hand holds is left alone, as the hand knows better
-than the last message where it is.
+A view polls: whenever it draws, it takes the news from the scene, and draws, moves and erases the handles that differ
+from those shown. Nothing of the scene is locked meanwhile. A held handle is left alone, as the hand knows better than
+the last message where it is.
 """
 
 import queue
@@ -20,7 +20,7 @@ from rosslt.markers.scene.selection import Selection
 #: The rate at which a view is brought up to date, in Hz: that at which RViz draws.
 FRAME_RATE = 30.0
 
-#: The period in which owners are asked what is not known of the sources, or may have changed, in seconds.
+#: The period in seconds in which owners are asked for unknown or outdated facts about the sources.
 LOOK_UP_PERIOD = 1.0
 
 

@@ -84,7 +84,7 @@ def attach(message: Message, data: bytes) -> Optional[Readings]:
 
 
 def make_unknown(message: Message, leaves: Optional[Sequence[int]] = None) -> None:
-    """Have leaves of a message that came without provenance depend on what is not known.
+    """Have leaves of a message that came without provenance depend on `UNKNOWN`.
 
     Args:
         message: as received.

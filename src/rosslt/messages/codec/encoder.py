@@ -69,7 +69,7 @@ def encode(message: Message, full_history: bool = False) -> bytes:
             with more than INSTRUCTION_LIMIT operations is sent without.
 
     Returns:
-        b'' if no leaf is tracked, SAMPLED if one depends on what is not known (`values.UNKNOWN`). A leaf whose
+        b'' if no leaf is tracked, SAMPLED if one depends on `values.UNKNOWN`. A leaf whose
         provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
     """
     return _encoded_within_limit(message, sent_fields(message), full_history)

@@ -31,7 +31,7 @@ class ChangeRequest:
 
     Args:
         timeout: how long to wait for the answers of owners, in seconds.
-        asker: who asks; by default this node.
+        asker: the requester; by default this node.
 
     Attributes:
         id: goes with all its steps, which are one change in the histories of the owners.

@@ -244,7 +244,7 @@ def _what_was_done(
     taken_back: Dict[values.Source, Change],
     left: Dict[str, str],
 ) -> str:
-    """The end of an error: what was taken back, and what could not be."""
+    """The end of an error text: the changes that were taken back, and those that could not be."""
     if not taken_back and not left:
         return '; nothing has changed'
     parts = []
@@ -341,7 +341,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
         timeout: for all together, in seconds.
 
     Returns:
-        What was taken back, and why a node that has a part in it refuses or does not answer.
+        The changes taken back, and the reasons of nodes that took part and now refuse or do not answer.
     """
     parts = dict.fromkeys(nodes, Part())
     outcome = commit(Requester('', Directory()), parts, requester, request_id, time.monotonic() + timeout)

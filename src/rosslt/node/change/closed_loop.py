@@ -1,7 +1,7 @@
 """The closed loop: solve, change, look at what comes, at most so many times.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
-round, or go on from what it has summed up. So the next messages are looked at; if the field is not what was wanted,
+round, or go on from what it has summed up. So the next messages are looked at; if the field is not at its target,
 the new message's expression is solved, and so on. `forcing` feeds it with the messages of a topic, drags with those of
 the thing that was dropped.
 """
@@ -95,7 +95,7 @@ class ClosedLoop:
                 self.pass_time()
 
     def pass_time(self) -> None:
-        """Judge what was seen of a change, at `end` if not earlier, and solve that if it is not what was wanted."""
+        """Judge the messages since a change, at `end` if not earlier, and solve again if the target is missed."""
         seen = self.seen or self.other
         if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
             self.is_over = True

@@ -1,7 +1,7 @@
 """Changes of this node's locations: applied at once, or its part in the two-phase commit of several nodes.
 
 A node that takes part says whether it would apply its part, and reserves the locations (phase `prepare`); then the
-requester has all nodes `commit` or `abort`. What is prepared ends by itself. If the requester is not heard of again,
+requester has all nodes `commit` or `abort`. A prepared change ends by itself. If the requester is not heard of again,
 the node asks the others: if one of them has applied its part, this one does as well; while one is applying it, this one
 waits. `commit_coordinator` is the side of the requester.
 """
@@ -170,7 +170,7 @@ class CommitParticipant:
         return change
 
     def _plan(self, change: _Transaction) -> None:
-        """Find out what is to be changed.
+        """Find out which locations get which values.
 
         Raises:
             Refused: the request cannot be taken back.
@@ -193,7 +193,7 @@ class CommitParticipant:
             change.state = REFUSED
 
     def _apply(self, change: _Transaction) -> None:
-        """Put what is prepared in force."""
+        """Put a prepared change in force."""
         change.state = APPLYING
         try:
             for location, _ in change.wanted:
@@ -218,7 +218,7 @@ class CommitParticipant:
                 request.undone = True
 
     def _decided(self, change: _Transaction, phase: str) -> List[str]:
-        """Commit or abort what was prepared; returns the reasons why it is not what was decided."""
+        """Commit or abort a prepared change; returns the reasons if this node could not do as decided."""
         if phase != ASK:
             self._free.wait_for(lambda: change.state != APPLYING)
         if change.state == APPLIED and change.made is not None and change.made.undone:

@@ -72,7 +72,7 @@ class Outcome(NamedTuple):
 
 
 class NotReached(values.Error):
-    """A field has not become what was wanted, although its sources have changed.
+    """A field has not reached its target, although its sources have changed.
 
     Attributes:
         outcome: the Outcome: what was changed, what came instead, and why.
@@ -242,7 +242,7 @@ class Forcing:
         return None
 
     def _change(self, observation: Observation) -> bool:
-        """Have the sources become what an observation needs; False if they are that already."""
+        """Give the sources the values that an observation needs; False if they have them already."""
         part, present = observation.part, observation.expression.readings
         try:
             answer = solved(

@@ -140,7 +140,7 @@ class History:
 
         Args:
             request_id: '' for the last request that has not been taken back.
-            present: the locations that there are, by id; what was changed in others cannot be taken back.
+            present: the existing locations, by id; changes of other locations cannot be taken back.
 
         Returns:
             (the requests, {Location: value that it gets again}); both empty if there is nothing to take back.

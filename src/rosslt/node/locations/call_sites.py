@@ -260,7 +260,7 @@ def _line_at(code: CodeType, offset: int) -> int:
 
 
 def _surroundings(tree: ast.AST) -> Dict[ast.AST, Tuple[str, str]]:
-    """{part of a syntax tree: the function around it, and what it is set to}, as in the CallSite."""
+    """{part of a syntax tree: (function around it, variable that it is assigned to)}, as in the CallSite."""
     found: Dict[ast.AST, Tuple[str, str]] = {}
     waiting = [(tree, '', '')]
     unpacked: Dict[ast.AST, str] = {}  # {a value in `x, y = 1, 2`: its variable}

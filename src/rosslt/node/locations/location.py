@@ -132,7 +132,7 @@ class Location:
         self.source = values.Source(node, self.id)
 
     def checked(self, value: object) -> Scalar:
-        """`value` as this location takes it.
+        """Convert a value to the type of this location, after checking it.
 
         Raises:
             Refused: it is of another type, not finite, or out of bounds.
@@ -141,7 +141,7 @@ class Location:
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
         if self.type in (float, int) and type(value) is int:
             try:
-                as_float = float(value)  # an int, too: most of what is computed with one are floats
+                as_float = float(value)  # also for an int: most results of arithmetic with it are floats
             except OverflowError:
                 raise Refused(f'{value!r} is too large for a float') from None
             value = as_float if self.type is float else value
@@ -335,7 +335,7 @@ class ParameterLocation(HeldLocation):
         before = self.tracked
         super().put(value)
         if before is not None and self.type is float and values.plain_scalar(before) == value:
-            # What was read as an int is still that number, and takes fractions from now on.
+            # Readings as an int keep their number, and take fractions from now on.
             values.remake(before, values.widened(self.tracked))
 
 

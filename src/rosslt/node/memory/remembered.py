@@ -87,7 +87,7 @@ class Memory:
         return [slot for slot in found.values() if slot.owner() is not None]
 
     def keeps(self, source: Source) -> bool:
-        """Return whether a slot or array still holds what was made of a source."""
+        """Return whether a slot or array still holds a result of a source."""
         with self._lock:
             self._forget_what_has_ended()
             return any(source in values.sources(_held(slot)) for slot in self._depending({source})) or any(

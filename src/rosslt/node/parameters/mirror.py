@@ -135,7 +135,7 @@ class Parameters:
         said, location_id, kept = record if len(record) == 3 else (location.literal, location.id, value)
         if is_sent_alike(value, as_shown(kept)):
             value = kept
-        # What says an int if a float is meant was taken for a float where it was edited in the running node.
+        # A literal edited from 1.0 to 1 in the running node was taken as the float 1.0; it is compared as a float.
         literal = float(location.literal) if type(said) is location.type is float else location.literal
         why = ''
         if location_id != location.id:
@@ -198,7 +198,7 @@ class Parameters:
             self.write(location)
 
     def renew(self) -> None:
-        """Show the values of literals, and the locks, to a new master, and hear of what is set there."""
+        """Show the values of literals, and the locks, to a new master, and subscribe to its parameters."""
         self.server.subscribe_again()
         self.last_request = ''
         self.write(*self._shown, *([LOCKS] if self._owner.access.locks else []))

@@ -1,4 +1,4 @@
-"""Other nodes that read a parameter as a source: they may refuse its change, and would set it back.
+"""Other nodes that read a parameter as a source: they may refuse a change of it, and would then set it back.
 
 Their locks and accepted requesters are parameters. So whoever is to change a parameter finds them at the master,
 without asking nodes that refuse nothing.

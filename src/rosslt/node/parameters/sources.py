@@ -285,8 +285,8 @@ class ReadParameters:
         return next(unset, '') or _unit(self._known, name)
 
     def _write(self, key: str) -> None:
-        """Set a parameter to what is in force. If another process has set it since it was read, what that one has
-        changed is taken in, and written again together with what has changed here."""
+        """Set a parameter to the values in force. If another process has set it since it was read, the changes of that
+        process are taken in, and written again together with those made here."""
         expected = part_of(self._known, key)
         while True:
             with self._owner.lock:

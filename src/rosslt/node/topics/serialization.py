@@ -124,8 +124,10 @@ class Input:
         self._last: Dict[Hashable, Tuple[messages.Readings, Tuple[Hashable, ...]]] = {}
 
     def take(self, message: Message, found: messages.Found) -> None:
-        """Note what came with a message: whether its sources have changed. The leaves of a sampled one that the last
-        whole one of the same thing and form has with a provenance depend on what is not known; all, if there was none.
+        """Note the provenance that came with a message, or have the leaves of a sampled message depend on `UNKNOWN`.
+
+        These are the leaves that had provenance in the last whole message of the same thing and form; all leaves if
+        there was none.
 
         Args:
             message: as it was read.

@@ -213,7 +213,7 @@ class Subscriber(rospy.Subscriber):
     Args:
         name, data_class, callback, and all others: as in `rospy.Subscriber`; `data_class` may be a tracked
             type.
-        keep_provenance: for who displays messages or changes what is in them: messages between whole ones are left out,
+        keep_provenance: for subscribers that display or change messages: messages between whole ones are left out,
             so that what has sources always comes with them.
     """
 

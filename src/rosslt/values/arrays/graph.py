@@ -50,7 +50,7 @@ SERIAL = 1 << 32
 """The code of an element is its index in a node plus so many times the serial number of that node."""
 
 FAULTS: List[Callable[[str, Exception], None]] = []
-"""Are called with what was to be recorded and the error that kept it from being so: the result is plain."""
+"""Functions that are called with the name of a function and the error that kept its call from being recorded."""
 
 
 def report(function: Any, error: Exception) -> None:
@@ -64,10 +64,10 @@ Operand = Any
 
 
 class Call:
-    """A call of a function of NumPy, with nodes and tracked numbers for what has provenance.
+    """A call of a function of NumPy, with nodes and tracked numbers for operands that have provenance.
 
     Args:
-        function, args, options: the call; what is in it belongs to it alone.
+        function, args, options: the call; its lists and dicts belong to it alone.
         part: the index of the result in what the function returns; None for all of it.
     """
 
@@ -332,7 +332,7 @@ def _called(order: List[_Step]) -> List[Any]:
 
 
 def _shaped(made: Any, shape: Tuple[int, ...]) -> Any:
-    """A result for other numbers as one of its shape before; what is missing at the end of a range is not a number."""
+    """A result for other numbers in its former shape; elements missing at the end of a range are not-a-number."""
     if made.ndim == len(shape) == 1 and made.shape > shape:
         return made[: shape[0]]
     if made.ndim == len(shape) == 1 != made.shape[0] and made.shape < shape:
@@ -354,7 +354,7 @@ class Symbol:
 
     Args:
         number: a tracked number.
-        trace: is told what is done to it.
+        trace: records the operations on it.
     """
 
     __slots__ = ('number', 'trace')
@@ -394,7 +394,7 @@ def _symbolic(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def product(a: Any, b: Any) -> Any:
-    """A product, without provenance if it is 0 whatever the other factor is: most of a matrix is such."""
+    """A product, without provenance if one factor is a plain 0, as most elements of a matrix are."""
     if (type(a) not in TRACKED and a == 0) or (type(b) not in TRACKED and b == 0):
         return 0.0
     return a * b

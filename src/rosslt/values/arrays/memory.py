@@ -41,7 +41,7 @@ class Memory:
         self._codes: Dict[str, Any] = {}
 
     def codes_of(self, view: Any) -> Any:
-        """The codes of the elements of a view, 0 if they are plain. All views see what is written to them."""
+        """The codes of the elements of a view, 0 if they are plain. All views share the codes."""
         root = self.root
         if not self._codes:
             codes = numpy.zeros(root.size, _CODE)

@@ -1,4 +1,4 @@
-"""Solving: what the sources must become so that a result becomes what is wanted (paper, IV.A, `force_value`).
+"""Solving: the source values that make results equal their targets (paper, IV.A, `force_value`).
 
 `solving.py` chooses which sources change, within the constraints of `freedom.py`. `scalar.py` solves for one source,
 `system.py` for several sources together (`components.py`, `equations.py` and `descent.py` are its parts): near by

@@ -1,12 +1,12 @@
-"""Solving along a path: a hand moves what is wanted little by little, and no source may jump, nor drift.
+"""Solving along a path: a hand moves the target little by little, and no source may jump or drift.
 
-Solved from step to step, the joints of an arm with more joints than it needs are elsewhere when the hand is back where
-it began. Solved anew from the beginning at each step, they jump if another answer becomes the nearer one. So the
-answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; if that
-would be a jump, the one that the last answer leads to, drawn towards it.
+If each step were solved from the one before, the joints of a redundant arm would be elsewhere when the hand is back
+where it began. If each step were solved from the beginning, the joints would jump whenever a different answer becomes
+the nearer one. So the answer is the one that the straight way from the beginning leads to, which depends on the target
+alone. If that would be a jump, it is the one that the last answer leads to, drawn towards the first.
 
-A hand means few numbers: as many sources move as the results can in ways, three for a point and one for a ring, and the
-others are held. If these do not suffice, all move.
+A hand means few numbers: as many sources move as the results have degrees of freedom, three for a point and one for a
+ring, and the other sources are held. If these do not suffice, all move.
 """
 
 import math
@@ -52,7 +52,7 @@ class Path(System):
     def _candidates(self, last: Point) -> Iterator[Point]:
         """Solutions in the order in which they are taken, if they are not jumps.
 
-        The first two depend on what is wanted alone, so that they come back where it does.
+        The first two depend on the target alone, so they come back where it does.
         """
         yield self._turned(self.start, last)
         straight = self._followed()
