@@ -49,7 +49,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
     def wait_for_server(self, timeout: rospy.Duration = rospy.Duration()) -> bool:  # noqa: B008 (actionlib's default)
         """Wait until a server has started and will be heard.
 
-        actionlib's own client is content with what it knows itself. A publisher answers a new subscriber before it
+        actionlib's own client only looks at its own state. A publisher answers a new subscriber before it
         counts it among those to send to, so that what a quick server says in between would be lost, and a client wait
         for its result for ever. This one also asks the server.
 

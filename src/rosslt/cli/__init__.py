@@ -110,7 +110,7 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
     parser = verb.parser(name, program)
     options = parser.parse_args(arguments)
     if _takes_over(name):
-        # The node that it runs ends as if it were run by itself: what it raises is its own.
+        # The node that it runs ends as if it were run by itself: its exceptions are its own.
         return chosen.run(options) or 0
     try:
         status = chosen.run(options)

@@ -40,7 +40,7 @@ def conditions(text: str) -> Dict[str, str]:
     """The conditions that `ns=base,id=3` writes, {field: value}.
 
     Raises:
-        Failure: one is none.
+        Failure: one is malformed.
     """
     found = [part.partition('=') for part in text.split(',') if part]
     for name, equals, _ in found:
@@ -102,8 +102,8 @@ def target(message: Message, path: str, text: str) -> Message:
     Args:
         message: the message.
         path: the path of the part: a scalar, a message or an array of them.
-        text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. What is not mentioned may
-            become anything.
+        text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. Fields that it does not
+            mention may become anything.
 
     Raises:
         Failure: the text does not fit.

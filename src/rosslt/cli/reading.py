@@ -55,7 +55,7 @@ def heard_publishers(
         is_meant: returns True for a message to wait for; others are passed over.
 
     Raises:
-        Failure: nobody sends such a message in time, or the publisher is none.
+        Failure: nobody sends such a message in time, or the node does not publish the topic.
     """
     awaited = system_state(master).publishers.get(topic, [])
     if publisher is not None:

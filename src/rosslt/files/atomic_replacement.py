@@ -178,7 +178,7 @@ def _settle(directory: str) -> None:
 def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
     """Exchange two files; back again where the target was not as expected.
 
-    There is no other way to look at what is replaced at the very moment of replacing it.
+    Only an exchange shows which content was replaced at that moment.
     """
     if not _exchange(other, target):
         if read_bytes(target) != expected:
@@ -200,13 +200,13 @@ def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
 
 
 def _put_back_newer(other: str, target: str, expected: bytes, placed: bytes) -> bool:
-    """Look at what was displaced by an exchange, and exchange again until nothing newer is displaced."""
+    """Check the content that an exchange displaced, and exchange again until nothing newer is displaced."""
     displaced = read_bytes(other)
     if displaced == expected:
         return True
     while True:
-        # What has been displaced is newer than what has been placed, and goes back. Should it displace
-        # something else than what was placed, that is newer still.
+        # The displaced content is newer than the placed one, and goes back. If that displaces something else than the
+        # placed content, it is newer still.
         newer = displaced
         _exchange(other, target)
         displaced = read_bytes(other)

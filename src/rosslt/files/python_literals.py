@@ -95,7 +95,7 @@ class Positions:
         return Literal(*self.range_of(node), node.lineno, self.column(node.lineno, node.col_offset), value)
 
     def number(self, node: Any) -> Union[int, float, None]:
-        """The finite number that a node is, with its sign; None if it is none."""
+        """The finite number of a node, with its sign; None if the node is not a number."""
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             return node.value if _is_finite(node.value) else None
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):

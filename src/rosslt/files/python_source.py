@@ -119,7 +119,8 @@ class SourceText:
     def argument_of_call(
         self, line: int, column: int, position: int, keyword: str, path: Sequence[str] = ()
     ) -> Optional[int]:
-        """The index of the literal that is an argument of the call that begins there; None if it is none.
+        """The index of the literal that is an argument of the call that begins there; None if the argument is not a
+        literal.
 
         Args:
             line, column: of the call; both count from 1.

@@ -67,7 +67,7 @@ def _one_object(number: object, _: str) -> Any:
     return number
 
 
-#: The size of an expression from which on a number in a list is taken for a state that is carried on.
+#: A number in a list with an expression of at least this size is taken for a state that is carried on.
 LONG = 256
 
 #: The most numbers of a list that is looked through for those.
@@ -130,7 +130,7 @@ def cells_of(path: str, literals: List[Literal], digest: str) -> 'Cells':
         known = _files.get(path)
         if known is None:
             known = _files[path] = Cells(path, literals, digest)
-        # What was edited and is loaded again is plain: its locations are those of the file as it was loaded first.
+        # A file that was edited and is loaded again is plain: the locations are those of the first loading.
         return known if known.digest == digest else Cells(path, literals, digest, is_plain=True)
 
 
@@ -222,10 +222,10 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
 
 
 def decide_shapes(leaves: Iterable[object]) -> None:
-    """Have what gives formulas their shape do without provenance from now on, if nothing is lost by that.
+    """Stop tracking shape literals if another source suffices.
 
-    That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes: of those that move it, the one that is changed most willingly.
+    Expressions then stay affine in the other sources, and cost a fraction. A leaf that has only shape literals keeps
+    one of those that move it: the one of the lowest rank.
 
     Args:
         leaves: of a message.
@@ -241,7 +241,7 @@ def decide_shapes(leaves: Iterable[object]) -> None:
             if shapes and len(shapes) == len(locations):
                 slopes = values.slopes([leaf])
                 alone.append([shape for shape in shapes if any(slopes.get(shape.source, ()))] or shapes)
-        # What has one shape only has no choice, and may be enough for what has more.
+        # Leaves with one shape have no choice; the shape that they keep may suffice for leaves with several.
         for shapes in sorted(alone, key=len):
             if _kept.isdisjoint(shapes):
                 _kept.add(min(shapes, key=lambda shape: shape.rank))
@@ -330,7 +330,7 @@ class CellLocation(node.LiteralLocation):
     def origin(self, value: object) -> Any:
         """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
-        # An int that may become a float: what is said of it must hold for floats.
+        # An int that may become a float: its provenance must hold for floats.
         return source if self.type is type(value) else values.widened(source)
 
     def decide(self, keeps: bool) -> None:

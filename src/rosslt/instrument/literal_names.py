@@ -20,7 +20,7 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         nodes: the literals in the order of the file, each with the name that it is the whole value of, or None.
 
     Returns:
-        Their names; None for what stands in no assignment, call or function.
+        Their names; None for literals outside of assignments, calls and functions.
     """
     places = {
         id(child): (parent, field, index)

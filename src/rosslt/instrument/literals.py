@@ -31,7 +31,7 @@ class Literal(NamedTuple):
         value: the number.
         verdict, rule: as in `location_rules.RULES`.
         identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
-        name: what it is the value of (`speed`), or its place in that (`waypoints.2.x`); None if it has none.
+        name: the variable that it is the value of (`speed`), or its place in that (`waypoints.2.x`); or None.
         minimum, maximum: bounds from a comment, or None.
         is_read_once: whether it is read when its file is loaded, and never again.
     """

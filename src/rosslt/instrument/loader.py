@@ -85,7 +85,7 @@ def _keep(file: str, data: bytes) -> None:
         pass
 
 
-#: The modules on which it depends what a file is rewritten to.
+#: The modules that determine how a file is rewritten.
 _REWRITING = (
     *(
         f'instrument/{name}'

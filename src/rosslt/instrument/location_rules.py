@@ -126,7 +126,7 @@ class Judgement(NamedTuple):
         node: the expression, with a sign in front of the number.
         value: its number.
         rule: the row of the table that speaks for it.
-        name: what it is the value of (`speed`, `pose.x`), None if it is part of something else.
+        name: the variable that it is the value of (`speed`, `pose.x`), None if it is part of something else.
     """
 
     node: ast.expr

@@ -32,7 +32,7 @@ LONGEST = 60.0
 MOST_PLACES = 100
 MOST_COSTLY = 3
 
-#: Packages that make no results of what they are given: they send it, wait for it or write it down.
+#: Packages that compute nothing from their arguments: they send them, wait for them or write them down.
 _SINKS = ('genpy', 'json', 'logging', 'rosgraph', 'rospy', 'rosslt', 'xmlrpc', 'yaml')
 
 _NUMBERS = tuple(kind for kind in values.TRACKED_CLASSES if kind.__base__ in (float, int))

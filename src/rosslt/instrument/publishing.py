@@ -96,8 +96,8 @@ def reach(message: messages.Message) -> bool:
 
 
 def _take_fractions(leaves: List[object]) -> None:
-    """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats,
-    and angles, such as one in degrees.
+    """Have parameters with whole numbers take fractions if floats are meant: if a field of floats comes from nothing
+    else, or if they are angles.
 
     A parameter that is combined with other numbers may be a count.
     """

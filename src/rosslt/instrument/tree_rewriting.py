@@ -115,7 +115,7 @@ def _bound_names(tree: ast.AST) -> Set[str]:
 
 
 def _shared_names(tree: ast.AST) -> Set[str]:
-    """The names that a function gives a meaning for others, so that a call may change what they stand for."""
+    """Names declared global or nonlocal in a function: a call may change their values."""
     return {name for node in ast.walk(tree) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
 
 

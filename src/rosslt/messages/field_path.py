@@ -113,7 +113,7 @@ def as_held(value: Scalar, kind: str) -> Scalar:
     """A number as a field of a kind holds it, with its provenance: an int if the field takes whole numbers.
 
     Raises:
-        ValueError, OverflowError: the field takes whole numbers, and it is none, or it is complex.
+        ValueError, OverflowError: it is complex, or the field takes whole numbers and it is not whole.
     """
     plain = values.untracked(value)
     if isinstance(plain, complex):

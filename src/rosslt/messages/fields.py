@@ -87,7 +87,7 @@ def whole_numbers(message_class: MessageClass) -> List[Tuple[Callable[[Message],
     """The fields of a message class for whole numbers, without those of headers, times and arrays.
 
     Returns:
-        Of each the function that reads it, and the least and the greatest number that it holds.
+        Each with the function that reads it, and the least and the greatest number that it holds.
     """
     layout = Layout(message_class)
     return [

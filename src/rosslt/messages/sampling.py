@@ -178,7 +178,7 @@ class LastProvenance:
     it."""
 
     def __init__(self) -> None:
-        # Of each thing the last whole message: its tracked leaves and its form.
+        # The last whole message of each thing: its tracked leaves and its form.
         self._kept: Dict[Hashable, Tuple[Sequence[Tuple[int, Any, str]], Tuple[Hashable, ...]]] = {}
 
     def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Message:

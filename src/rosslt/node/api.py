@@ -41,7 +41,7 @@ _starting = threading.Lock()
 
 
 def init_node(name: str, *args: object, **rospy_options: object) -> None:
-    """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
+    """Start this node: `rospy.init_node`, and the services that make its locations known and changeable.
 
     Args:
         name, and all others: as in `rospy.init_node`.

@@ -162,7 +162,7 @@ class Owner:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
                 location.name_node(self.name)  # the memory of the node is searched by the names of sources
-                if is_written:  # nothing has read what is being made
+                if is_written:  # nothing has read the new location
                     self.parameters.take_over_unread(location)
                 else:
                     self.parameters.take_over([location])
@@ -248,7 +248,7 @@ class Owner:
             rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
-        """Have a location keep to the numbers that a field holds which it is sent in: a node ends that sends others."""
+        """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""
         (source,) = values.origins([value]) or (None,)
         location = self.locations.by_id.get(source.location_id) if source is not None else None
         if location is not None and location.source == source and location.type is int:
@@ -302,14 +302,14 @@ class Owner:
         return [''] * len(wanted), changes
 
     def _refused_at(self, index: int, refused: Refused, count: int, done: Sequence[Change]) -> List[str]:
-        """Take back what was set outside; returns the reasons of `count` refusals."""
+        """Take back values that setters have set; returns the reasons of `count` refusals."""
         rospy.logerr('%s', refused)
         reasons = [''] * count
         reasons[index] = '; '.join([str(refused), *self._put_back(done)])
         return reasons
 
     def _put_back(self, changes: Sequence[Change]) -> List[str]:
-        """Give locations their old values again; returns for each that cannot be given, what it stays and why."""
+        """Give locations their old values again; returns the value and the reason for each that keeps its new one."""
         left = []
         for location, old, new in reversed(changes):
             try:

@@ -36,7 +36,7 @@ def sources_of_angles(xs: Iterable[Value]) -> List[Source]:
 
 
 def _multiple(value: Value) -> Tuple[Optional[Source], float]:
-    """The source that a value is a multiple of, and by which factor; no source if it is none."""
+    """The source that a value is a multiple of, and by which factor; no source if it is not such a multiple."""
     factor = 1.0
     form, first, second = resolve(value)
     while form.single_operand and _multiplies(form, second):

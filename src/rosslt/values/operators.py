@@ -248,7 +248,7 @@ def from_instructions(instructions: Value, index: int) -> Value:
 
 
 def complete_core() -> None:
-    """Tell the compiled core which forms its arithmetic records, and what does all that it does not do itself."""
+    """Tell the compiled core which forms its arithmetic records, and which functions do the rest."""
 
     def fallback(name: str) -> Value:
         if name != 'mul':

@@ -1,6 +1,6 @@
 """Recording operations: each makes a tracked value that knows its operands, and keeps its expression in a limit.
 
-What a program computes is recorded as long as its allowance lasts; results beyond it are plain. The allowance is
+Operations of a program are recorded as long as its allowance lasts; results beyond it are plain. The allowance is
 unlimited unless `limit_recording` is called. Decoding and evaluating anew do not count.
 """
 

@@ -179,7 +179,7 @@ def source_of_functions(value: Value) -> Optional[Source]:
 
 
 def remake(value: Value, other: Value) -> None:
-    """Have a tracked value be made from now on as an equal one was."""
+    """Replace the record of a tracked value by that of an equal one."""
     value._record, value._size = resolve(other), other._size
 
 

@@ -34,7 +34,7 @@ class Clicks:
         server.gui.add_command('Select nothing', hotkey='escape').on_trigger(escaped)
 
     def update(self) -> None:
-        """Have the selection say what is selected now, without that of visitors who have left."""
+        """Update the selection, without the things of visitors who have left."""
         clients = self._server.get_clients()
         self.selection.shows_all = self._all.value
         self.selection.things = frozenset(name for client, name in self._selected.items() if client in clients)

@@ -103,7 +103,7 @@ class Page:
     def _update(self, count: int) -> None:
         self._scene.expire()
         self._things.keep_held()
-        with self._server.atomic():  # what has moved together is sent, and shown, together
+        with self._server.atomic():  # things that moved together are sent, and shown, together
             self._frames.update()
             self._things.follow()
         self._server.flush()  # viser would wait for more

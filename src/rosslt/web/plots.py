@@ -64,7 +64,7 @@ class Plot:
         self._rows.append(self._row(tracked))
         self._chart.data = self._data()
         labels = self._all_labels()
-        if labels != self._labels:  # what a source is called is known some time after it is seen
+        if labels != self._labels:  # the name of a source becomes known some time after it is seen
             self._labels = labels
             self._chart.series = self._series()
 

@@ -156,7 +156,7 @@ class Things(Follower):
             thing.remove()
 
     def keep_held(self) -> None:
-        """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
+        """Keep the holds of resting hands: a browser reports a mouse only while it moves."""
         clients = self._server.get_clients()
         for name, thing in self._things.items():
             if thing.hand in clients:

@@ -109,7 +109,7 @@ def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[
     """The displays of RViz with the wanted ones added, each once, and without those of topics that are gone.
 
     Args:
-        present: as RViz has them; what a person has changed in them stays, and so do those that a person has added.
+        present: as RViz has them; changes by a person stay, and so do displays that a person has added.
         wanted: as in `displays_of`.
     """
     missing = {_subject(display): display for display in wanted}
@@ -179,7 +179,7 @@ class Shown:
         self._present = {topic: graph.types[topic] for topic in self._frames}, has_robot
 
     def update(self, rviz: str, path: str) -> None:
-        """Have RViz show what there is, once no more comes; it keeps what a person has changed in it."""
+        """Have RViz show the present topics, once no more appear; changes that a person made in RViz are kept."""
         present, before = self._present, self._before
         self._before = present
         if present == self._shown or present != before:

@@ -16,8 +16,8 @@ Way = TypeVar('Way')
 def fills(numbers: Sequence[Any], neutral: Sequence[float]) -> bool:
     """Return whether the numbers of a position, or of an orientation, only fill their fields.
 
-    They do if they are those of a thing that is neither moved nor turned, and each is a source itself, or plain: what
-    was computed may be anything the next time.
+    They do if the thing is neither moved nor turned, and each number is a source itself, or plain: a computed number
+    may be anything the next time.
 
     Args:
         neutral: the numbers of a thing that is not moved, or not turned.

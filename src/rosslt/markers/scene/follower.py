@@ -170,7 +170,7 @@ class Follower:
         known = tuple(values.sources(handle.tracked)), self._version, self.selection.shows_all
         extra = self.extra(handle) if shown is None or shown.known != known else shown.drawing[2]
         drawing = handle.draw_key, motions, extra
-        # What cannot be drawn is not tried over and over.
+        # A handle that cannot be drawn is not tried again.
         self._shown[name] = Shown(known, drawing, handle.pose)
         if shown is None or drawing != shown.drawing:
             self.draw(handle, motions)

@@ -48,8 +48,8 @@ class Selection:
     def drawn(self, handle: Handle, motions: Motions) -> Optional[Motions]:
         """The motions that a handle is drawn with; None if it is not drawn.
 
-        Of a thing that is not selected, what it can be grabbed by is drawn: its body alone, or its points if the body
-        cannot be moved; its sizes if it has neither.
+        A thing that is not selected shows only one level of handles: its body, or its points if the body cannot be
+        moved, or its sizes if it has neither.
         """
         if self.is_open(handle):
             return motions
@@ -79,6 +79,6 @@ class _Part(NamedTuple):
 
 
 def _outermost(parts: Dict[str, _Part]) -> int:
-    """The level of the body if it can be moved, else of points that can; else the lowest one that there is."""
+    """The level of the body if it can be moved, else that of movable points, else the lowest level."""
     grabbed = [part.level for part in parts.values() if part.can_move and part.level < SIZES]
     return min(grabbed or [part.level for part in parts.values()], default=BODY)

@@ -1,7 +1,7 @@
 """Reads provenance that was received: checks it, and puts it onto the fields of its message.
 
-Nothing in it is believed. Its form is checked as a whole before any field is touched; what it says of a field is
-decoded when somebody first asks for that field's provenance.
+Nothing in it is believed. Its form is checked as a whole before any field is touched; the provenance of a field is
+decoded when somebody first asks for it.
 """
 
 import itertools

@@ -100,7 +100,7 @@ def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bo
 def sent_fields(message: Message) -> List[Leaf]:
     """The tracked leaves of a message whose provenance can be sent.
 
-    A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
+    A message may grow each time that it is sent: leaves beyond the limit are not looked at.
     """
     found: List[Leaf] = []
     walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT)
@@ -210,7 +210,8 @@ class _Encoder:
         """Add leaves that are sent as instructions; returns False if the full history of them is too long."""
         instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
-            # A value was received with a provenance that does not make it: what has no other source has none.
+            # A value was received with a provenance that does not make it: it is plain, unless it has a different
+            # source.
             leaves = [leaf for leaf in leaves if sources([leaf[1]])]
             instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if are_too_many(instructions):

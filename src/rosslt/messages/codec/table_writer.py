@@ -1,7 +1,7 @@
 """The tables in front of a provenance as they are written: nodes, sources with their values, coefficients, and lists of
 both.
 
-What several fields share stands here once, and the fields name it by its number.
+An entry that several fields share is written once, and the fields refer to it by number.
 """
 
 import math
@@ -64,7 +64,7 @@ def _key(value: Scalar) -> Any:
 
 
 class TableWriter:
-    """Collects what the fields of one message need, and gives it numbers.
+    """Collects the sources, lists and coefficients of the fields of one message, and numbers them.
 
     The numbers of coefficients are known last, since they are sorted by how they are written; until then a coefficient
     has a key.

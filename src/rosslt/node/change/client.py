@@ -120,7 +120,7 @@ class ChangeRejected(_RequestFailed):
 def request_values(
     wanted: Mapping[values.Source, Scalar], timeout: float = 1.0, request_id: str = '', asker: Optional[Asker] = None
 ) -> Dict[values.Source, Change]:
-    """Have the owners of sources give them new values, all or none: what every change ends in.
+    """Have the owners of sources give them new values, all or none: every change ends in this call.
 
     Args:
         wanted: {Source: new value}.

@@ -1,4 +1,4 @@
-"""The closed loop: solve, change, look at what comes, at most so many times.
+"""The closed loop: solve, change, look at the next messages, up to a number of rounds.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
 round, or go on from what it has summed up. So the next messages are looked at; if the field is not at its target,
@@ -19,7 +19,7 @@ LOOK = 1.0
 
 
 class ClosedLoop:
-    """Has the sources of a field changed, looks at what comes, and has them changed again.
+    """Has the sources of a field changed, looks at the next messages, and has them changed again.
 
     Args:
         request: what is changed.
@@ -68,7 +68,7 @@ class ClosedLoop:
             self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
 
     def follow(self, solved: Observation) -> None:
-        """Look at what comes: the sources have been changed for an observation."""
+        """Look at the next messages: the sources have been changed for an observation."""
         self.rounds += 1
         self._solved = solved
         self.last, self.seen, self.other, self.old = None, [], [], 0

@@ -112,7 +112,7 @@ def force_field(
     timeout: float = 5.0,
     keep_anyway: bool = False,
 ) -> Outcome:
-    """Have a field of a topic become a target, and see that it has.
+    """Bring a field of a topic to a target, and check in messages that it is there.
 
     Looks at two messages, which tell whether the field moves by itself, solves for the later one, has the owners change
     its sources, and looks at the messages that the same publisher sends then. If the field is not as wanted, because
@@ -284,7 +284,7 @@ class Forcing:
         return is_goal and observation is not None and not changed & set(observation.expression.sources)
 
     def _is_kept(self) -> bool:
-        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        """Return whether owners still have the requested values: one may clamp its value after a message or two."""
         try:
             lost = [self._became(source, now) for source, now in self._request.lost().items()]
         except SourceUnreachable:

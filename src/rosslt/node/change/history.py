@@ -58,7 +58,7 @@ class History:
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
         self._earlier: Optional[Request] = None
-        # What it has changed in an earlier run, and was not looked for yet: {name: (id, value before, value after)}.
+        # Its changes in an earlier run whose locations were not looked up yet: {name: (id, value before, value after)}.
         self._unclaimed: Dict[str, Tuple[int, Scalar, Scalar]] = {}
 
     def begin(self, text: Any) -> None:
@@ -74,7 +74,7 @@ class History:
         self._requests.appendleft(self._earlier)
 
     def claim(self, location: Location, value: Scalar) -> None:
-        """Have what an earlier run has changed of a location be taken back, too, if it has that value still."""
+        """Make the change that an earlier run made to a location undoable, if the location still has that value."""
         location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
         if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
             self._earlier.changes[location] = old, new

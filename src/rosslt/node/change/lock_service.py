@@ -60,7 +60,7 @@ class Locking:
             locations = [owner.known(one) for one in request.location_ids]
             if request.action == LOCK:
                 as_sent([request.who, request.reason])
-                # what is under way is over when it is said that no change is taken any more
+                # changes under way end before the lock is confirmed
                 self._wait_for_reserved(locations or owner.locations.by_id.values())
         except Refused as refused:
             raise rospy.ServiceException(str(refused)) from None

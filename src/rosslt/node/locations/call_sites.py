@@ -186,7 +186,7 @@ def _parsed(text: str) -> Optional[_Module]:
 
 
 def _position(frame: FrameType) -> Optional[Tuple[int, int, Tuple[int, int]]]:
-    """Line, column and end of what a frame is at, as Python 3.11 knows it; columns count bytes from 0."""
+    """Line, column and end of a frame's present expression, as Python 3.11 knows it; columns count bytes from 0."""
     positions = getattr(frame.f_code, 'co_positions', None)
     if positions is None:
         return None

@@ -21,7 +21,7 @@ from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 _Position = Tuple[int, int]
 """A line, counted from 1, and a column in bytes, from 0, as a syntax tree gives them."""
 
-#: Tokens that say nothing of what a line computes.
+#: Tokens without meaning for the computation of a line.
 _LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
 _COMPOUND = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.AsyncFor, ast.AsyncWith)
 

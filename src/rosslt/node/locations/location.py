@@ -203,7 +203,7 @@ def put_in_force(pairs: Sequence[Tuple[Location, Scalar]]) -> None:
     """Make values those in force, as `Location.put`, and have the memory of the node follow them, at one moment.
 
     Raises:
-        Refused: what the node keeps would have no value; nothing has changed.
+        Refused: a value that the node keeps could not be computed; nothing has changed.
     """
     following = MEMORY.following(
         {
@@ -304,8 +304,8 @@ class ParameterLocation(HeldLocation):
 
     Attributes:
         unsaved: why its value cannot be written into the default in the code; '' if it can.
-        staying: readings that the node may compare with what it reads again in its rounds. They stay; what it has
-            computed of them follows.
+        staying: readings that the node may compare with later readings in its rounds. They stay; results of them
+            follow.
     """
 
     __slots__ = ('unsaved', '_defaults', 'staying')

@@ -20,7 +20,7 @@ class Sending:
     """Settings of the provenance that this node sends.
 
     Attributes:
-        full_history: complete expressions, for explaining, instead of what they come to.
+        full_history: complete expressions, for explaining, instead of folded ones.
         rate: how many messages of one thing are whole in a second, at most.
         hold: called with a tracked number that a field for whole numbers has, and the least and the greatest one that
             the field holds.
@@ -120,7 +120,7 @@ class Input:
     """The messages of one publisher, as one thread of this process reads them."""
 
     def __init__(self) -> None:
-        # By what they are about, with their form.
+        # {thing: (its readings, its form)}
         self._last: Dict[Hashable, Tuple[messages.Readings, Tuple[Hashable, ...]]] = {}
 
     def take(self, message: Message, found: messages.Found) -> None:

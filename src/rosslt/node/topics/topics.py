@@ -214,7 +214,7 @@ class Subscriber(rospy.Subscriber):
         name, data_class, callback, and all others: as in `rospy.Subscriber`; `data_class` may be a tracked
             type.
         keep_provenance: for subscribers that display or change messages: messages between whole ones are left out,
-            so that what has sources always comes with them.
+            so that numbers with sources always come with them.
     """
 
     def __init__(

@@ -280,7 +280,7 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     elif isinstance(result, (numpy.ndarray, list)):
         if given and result is given[0]:
             return arguments[0]
-        # It was written to an array that was given for that: nothing is computed of what was there.
+        # It was written to an array that was given for that: its former elements are not operands.
         for at, one in enumerate(given):
             if one is result:
                 target, args[at] = arguments[at], None

@@ -176,7 +176,7 @@ class Node:
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else if there is no provenance."""
         if self._elements is None:
-            # What was recorded by then is known whole, at the expense of what comes later.
+            # Calls recorded so far are expanded as a whole, at the expense of later ones.
             start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
                 _expand(self)
@@ -190,7 +190,7 @@ class Node:
         return found
 
     def keep(self, elements: List[Any]) -> None:
-        """Keep the elements, and nothing of what they were made of."""
+        """Keep the elements, and drop the call and its operands."""
         self._elements = elements
         self.call, self.operands = None, ()
 
@@ -298,7 +298,7 @@ def _traced(step: _Step, trace: _Trace) -> Any:
         result = numpy.asarray(call.run(value_of, True), object)
         # A ufunc may have been given a larger array to write to.
         result = numpy.broadcast_to(result, shape) if is_each else result
-    except Exception:  # what a function raises of symbols says nothing of numbers
+    except Exception:  # an exception with symbols does not mean one with numbers
         return None
     # NumPy takes an error of a comparison for an answer.
     if trace.has_looked or result.shape != shape:

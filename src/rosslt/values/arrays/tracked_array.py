@@ -187,8 +187,10 @@ class TrackedArray(numpy.ndarray):
 
     @property
     def flat(self) -> Any:
-        """Override the attribute of `numpy.ndarray`: a view in one dimension if there is one. Elsewhere what is
-        written would not be seen, so the elements are cut off."""
+        """Override the attribute of `numpy.ndarray`: a view in one dimension if there is one.
+
+        If there is none, writes would go unnoticed, so the elements are made plain.
+        """
         if self.flags.c_contiguous:
             return self.reshape(-1)
         self.forget()

@@ -153,7 +153,7 @@ def operation(
     stepped: bool = False,
     on_text: bool = False,
 ) -> Operation:
-    """Make an operation of what is known of it; one with a code is a row of the table from then on.
+    """Make an operation; one with a code is a row of the table from then on.
 
     The arguments are attributes of `Operation`. A row takes as many operands as it has inverses, any other operation
     any number.
