@@ -295,7 +295,7 @@ _Key = Tuple[str, str, Tuple[Optional[str], ...]]
 
 
 def _lines_by_key(lines: Dict[int, _Line], free: Dict[Tuple[str, str], Set[int]]) -> Dict[_Key, List[int]]:
-    """The numbers of lines, from 1, by what they have in common; `free` says which of their literals may differ."""
+    """Line numbers, from 1, grouped by the key of equal lines; `free` says which of their literals may differ."""
     found: Dict[_Key, List[int]] = {}
     for number, line in lines.items():
         may_differ = free.get((line.function, line.template), ())

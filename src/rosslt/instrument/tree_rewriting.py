@@ -47,7 +47,7 @@ def name_of_cells(path: str, digest: str) -> str:
         path: the real path of the file.
         digest: the hash of its content.
     """
-    # It ends with underscores, as names in classes are changed that do not.
+    # It ends with underscores, as Python mangles names in classes that do not.
     return f'{CELLS}{files.digest_of(path.encode("utf-8", "surrogateescape"))}{digest}__'
 
 

@@ -252,7 +252,7 @@ def add_literal(location: LiteralLocation) -> Location:
 
 
 def remove_location(location: Location) -> None:
-    """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
+    """Forget a location that `add_location` made: changes are refused from now on, as for unknown locations."""
     _owner.locations.remove(location)
 
 

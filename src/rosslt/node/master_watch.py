@@ -39,7 +39,7 @@ class MasterWatch:
         self._known: Optional[int] = None
 
     def start(self) -> None:
-        """Begin, if it has not begun: the master of now knows this node."""
+        """Start watching, if not started: the present master knows this node."""
         if self._is_started:
             return
         self._is_started = True

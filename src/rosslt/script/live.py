@@ -97,7 +97,7 @@ class LiveScript:
                 if self._take_in(files.read_settled_bytes(self.path)):
                     return
             except files.Unsettled:
-                continue  # it may be changes that do not let it settle
+                continue  # changes by this script may keep the file unsettled
             except ScriptError as error:
                 self._report(error)
                 return

@@ -167,7 +167,7 @@ class Shown:
         self._chosen_frame, self.frame = fixed_frame, fixed_frame or WORLD
         self._scene, self._robot = Scene(Settings()), Robot()
         self._frames: Dict[str, str] = {}  # of all topics that can be dragged
-        # What there is, was at the last look, and is shown: {topic: type}, and whether there is a robot.
+        # At present, at the last look, and as shown: {topic: type}, and whether there is a robot.
         self._present: Tuple[Dict[str, str], bool] = {}, False
         self._before = self._shown = self._present
         Watch(self._scene, also=[self._look])

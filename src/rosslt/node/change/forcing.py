@@ -89,7 +89,7 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     """The thing that a message is about, if nodes send several on one topic: what its names are.
 
     Args:
-        path: the field in question, which is no name of it.
+        path: the field in question, whose own text is not part of the thing.
     """
     own = path.strip('/').replace('/', '.')
     return tuple(

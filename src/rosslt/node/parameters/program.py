@@ -36,7 +36,7 @@ def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maxi
         number: the reading.
         changed: called when it has changed.
         minimum, maximum: the bounds of the server, infinite if there are none.
-        unsaved: why the default in the code is not the start value, so that saving it is no use.
+        unsaved: why the default in the code is not the start value, so that saving it has no effect.
     """
     owner = started('get_param')
     with owner.lock:

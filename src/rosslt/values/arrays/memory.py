@@ -18,8 +18,8 @@ _CODE = numpy.dtype(numpy.int64)
 class Memory:
     """The provenance of the elements of an array, which all its views share.
 
-    An element has a code, which says where in which entry it is found. The code of a plain element is 0, so that of a
-    large array that is written in few places little memory is used. Threads may write and read at the same time.
+    An element has a code, which says where in which entry it is found. The code of a plain element is 0, so a large
+    array with few written elements uses little memory. Threads may write and read at the same time.
 
     Args:
         root: the plain array, whose elements follow each other in the memory.
@@ -47,7 +47,7 @@ class Memory:
             codes = numpy.zeros(root.size, _CODE)
             if self.entries:
                 self._codes_at(root, codes)[...] = _codes_from(1, root.shape)
-            self._codes.setdefault('all', codes)  # another thread's, if that is there
+            self._codes.setdefault('all', codes)  # those of another thread, if it was first
         return self._codes_at(view, self._codes['all'])
 
     def code_at(self, view: Any, key: Any) -> int:
