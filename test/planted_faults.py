@@ -171,7 +171,7 @@ FAULTS = [
     ),
     Fault(
         'setters_not_put_back_where_one_refuses',
-        'node/server.py',
+        'node/location_server.py',
         "'; '.join([str(refused), *self._put_back(done)])",
         'str(refused)',
         ('test/node/test_commit_participant.py',),

@@ -25,7 +25,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
     """`actionlib.SimpleActionClient`, whose goals keep provenance, and whose feedback and result hold tracked values.
 
     Args:
-        ns, ActionSpec: as of `actionlib.SimpleActionClient`.
+        ns, ActionSpec: as in `actionlib.SimpleActionClient`.
     """
 
     def __init__(self, ns: str, ActionSpec: type) -> None:  # noqa: N803 (actionlib's name)
@@ -49,7 +49,7 @@ class SimpleActionClient(actionlib.SimpleActionClient):
     def wait_for_server(self, timeout: rospy.Duration = rospy.Duration()) -> bool:  # noqa: B008 (actionlib's default)
         """Wait until a server has started and will be heard.
 
-        actionlib's own client is content with what it knows itself. A publisher answers a new subscriber before it
+        actionlib's own client only looks at its own state. A publisher answers a new subscriber before it
         counts it among those to send to, so that what a quick server says in between would be lost, and a client wait
         for its result for ever. This one also asks the server.
 
@@ -110,7 +110,7 @@ class SimpleActionServer(actionlib.SimpleActionServer):
     """`actionlib.SimpleActionServer`, whose goals hold tracked values, and whose feedback and results keep provenance.
 
     Args:
-        name, ActionSpec, execute_cb, auto_start: as of `actionlib.SimpleActionServer`.
+        name, ActionSpec, execute_cb, auto_start: as in `actionlib.SimpleActionServer`.
     """
 
     def __init__(

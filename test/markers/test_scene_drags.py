@@ -10,11 +10,10 @@ from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
 from rosslt import math, node, values
-from rosslt.markers.drags import changes, wording
-from rosslt.markers.drags import drop as drop_module
+from rosslt.markers.drags import changes, drop_check, wording
 from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags.drag import Drag
-from rosslt.markers.drags.drop import Drop
+from rosslt.markers.drags.drop_check import Drop
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.geometry import IDENTITY
 from rosslt.markers.scene.follower import Follower
@@ -493,7 +492,7 @@ def test_what_moves_by_itself_is_left_alone(monkeypatch):
 
 
 def test_what_no_message_shows_any_more_stays_where_it_was_dropped_and_says_so(asked, monkeypatch):
-    monkeypatch.setattr(drop_module, 'TIMEOUT', 0.0)
+    monkeypatch.setattr(drop_check, 'TIMEOUT', 0.0)
     scene = Scene(Settings())
     notes = Notes(scene)
     take(scene, box_at(values.track(1.0, A)))

@@ -10,9 +10,9 @@ import rospy
 
 from rosslt import srv
 from rosslt.node.change.locks import WHOLE
+from rosslt.node.location_server import Owner
 from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.locations.location import HeldLocation
-from rosslt.node.server import Owner
 
 TEXTS = [
     '',

@@ -66,7 +66,7 @@ def command(version: str) -> int:
         version: of the package.
 
     Returns:
-        The exit code, as of `main`.
+        The exit code, as in `main`.
     """
     # A node that runs in this process has a command line of its own, and ends as it would by itself.
     is_node = any(map(_takes_over, sys.argv[1:2]))
@@ -100,7 +100,7 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
         program: the command's name in its help and errors, by default `rosslt VERB`.
 
     Returns:
-        The exit code, as of `main`.
+        The exit code, as in `main`.
     """
     program = program or f'rosslt {name}'
     chosen = verb.load(name)
@@ -112,7 +112,7 @@ def run(name: str, arguments: Sequence[str], program: Optional[str] = None) -> i
         arguments = [argument for argument in arguments if not re.match(r'__\w+:=', argument)]
         options = parser.parse_intermixed_args(arguments)
     if _takes_over(name):
-        # The node that it runs ends as if it were run by itself: what it raises is its own.
+        # The node that it runs ends as if it were run by itself: its exceptions are its own.
         return chosen.run(options) or 0
     try:
         status = chosen.run(options)

@@ -98,7 +98,7 @@ class Decoder:
                 f'rosslt: {publisher or topic} sends a provenance on {topic} that cannot be read: {error}',
                 file=sys.stderr,
             )
-        # the class may be another one: rosbag has one for all types of the same fields, such as Point and Vector3
+        # the class may differ: rosbag has one class for all types with the same fields, such as Point and Vector3
         message = self._last.completed(message, is_sampled, (topic, publisher))
         return Heard(topic, publisher, raw[0], message, is_sampled=is_sampled)
 
@@ -119,7 +119,7 @@ class ConnectionWriter:
         """Write a message.
 
         Args:
-            topic, raw, stamp, header: as of `serialized`; messages of one connection have the same header object.
+            topic, raw, stamp, header: as in `serialized`; messages of one connection have the same header object.
         """
         connections = self._bag._topic_connections
         known = self._written.get(id(header))

@@ -129,7 +129,7 @@ def _is_within(path: str, field: str) -> bool:
 
 
 def _numbers(message: messages.Message, field: str) -> List[Any]:
-    """The numbers in a part of a message, but for times and counts."""
+    """The numbers in a part of a message, without times and counts."""
     return [
         value
         for path, value in values.leaves(message)
@@ -315,7 +315,7 @@ class Examination:
         else:
             how = (
                 f"{publisher} has locations, but what it sends now comes from none: its Publisher is rospy's, the "
-                'numbers are no locations, or the branch of its code that runs sends constants'
+                'numbers are not locations, or the branch of its code that runs sends constants'
             )
         if entering:
             return 'provenance enters {} on {} and does not leave it: {}'.format(publisher, ' and '.join(entering), how)

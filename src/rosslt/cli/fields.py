@@ -28,7 +28,7 @@ def steps(path: str) -> List[Union[str, int]]:
     """The steps of a path: names and indices.
 
     Raises:
-        Failure: it is no path.
+        Failure: it is not a path.
     """
     try:
         return messages.path_steps(path)
@@ -40,7 +40,7 @@ def conditions(text: str) -> Dict[str, str]:
     """The conditions that `ns=base,id=3` writes, {field: value}.
 
     Raises:
-        Failure: one is none.
+        Failure: one is malformed.
     """
     found = [part.partition('=') for part in text.split(',') if part]
     for name, equals, _ in found:
@@ -50,10 +50,10 @@ def conditions(text: str) -> Dict[str, str]:
 
 
 def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[str]:
-    """The path of a field in that thing of a message that meets conditions; None if the message is about others.
+    """The path of a field in the thing of a message that meets conditions; None if the message has no such thing.
 
-    A thing is the message itself; or an element of the first array on the path that has no index there; or, where the
-    condition is about a list of names, the element of the field at the same index: `name=elbow` of a JointState.
+    A thing is the message itself, or an element of the first array that the path gives without an index. If the
+    condition is about a list of names, it is the element of the field at the same index: `name=elbow` of a JointState.
 
     Args:
         path: the path of the field, without the index to find.
@@ -102,8 +102,8 @@ def target(message: Message, path: str, text: str) -> Message:
     Args:
         message: the message.
         path: the path of the part: a scalar, a message or an array of them.
-        text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. What is not mentioned may
-            become anything.
+        text: a scalar as `rosslt set` takes it; for anything else YAML, `{x: 1.0, y: 2.0}`. Fields that it does not
+            mention may become anything.
 
     Raises:
         Failure: the text does not fit.
@@ -127,7 +127,7 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     """A text as a value of a type.
 
     Raises:
-        ValueError: it is no such thing.
+        ValueError: it is not such a thing.
     """
     if kind == 'str':
         try:

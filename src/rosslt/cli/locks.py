@@ -36,7 +36,7 @@ def notes_of(answer: srv.LockLocationsResponse) -> List[str]:
 
 
 def lock_or_unlock(options: argparse.Namespace, action: str, reason: str = '') -> Tuple[str, str]:
-    """Have a node lock or unlock what the argument `location` names; returns (node, what is locked or unlocked).
+    """Have a node lock or unlock the argument `location`; returns (node, what is locked or unlocked).
 
     Raises:
         Failure: there is no such location, or its node does not answer.

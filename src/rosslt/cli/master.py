@@ -74,7 +74,7 @@ def full_name(name: str) -> str:
 
 
 def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
-    """TOPIC[/FIELD] as the longest topic that it begins with, and the rest.
+    """Split TOPIC[/FIELD] into the longest topic that it begins with, and the field.
 
     Returns:
         (topic, its type, field), with '' for no field.

@@ -27,7 +27,7 @@ def listener(*topics: str, is_exact: bool = False) -> node.Listener:
 
     Raises:
         Failure: the last publisher of a topic has just ended.
-        UnknownType: as of `Listener`.
+        UnknownType: as in `Listener`.
     """
     start_node()
     try:
@@ -55,7 +55,7 @@ def heard_publishers(
         is_meant: returns True for a message to wait for; others are passed over.
 
     Raises:
-        Failure: nobody sends such a message in time, or the publisher is none.
+        Failure: nobody sends such a message in time, or the node does not publish the topic.
     """
     awaited = system_state(master).publishers.get(topic, [])
     if publisher is not None:

@@ -29,7 +29,7 @@ class Topic:
 
 
 def rewrite(bag: rosbag.Bag, output: rosbag.Bag, changes: Mapping[Source, messages.Scalar]) -> Dict[str, Topic]:
-    """Write what the messages of a bag would have been.
+    """Write the messages that a bag would have had with other source values.
 
     A message keeps its time, its connection and its provenance, which says the new source values. What was computed
     without provenance stays as it was recorded; `if`s are not decided again.

@@ -52,7 +52,7 @@ def read_settled_bytes(path: str) -> bytes:
 
     Raises:
         Unsettled: it does not.
-        FileError: as of `read_bytes`.
+        FileError: as in `read_bytes`.
     """
     last, is_gone = _attempt(path), True
     for _ in range(LOOKS):
@@ -147,7 +147,7 @@ def _writable(path: str) -> os.stat_result:
 
 
 def _write_in_place(target: str, expected: bytes, content: bytes) -> bool:
-    """Replace the content of a file that keeps its inode; False if it holds another one than expected."""
+    """Replace the content of a file that keeps its inode; False if the content differs from the expected one."""
     with open(target, 'r+b') as file:
         if file.read() != expected:
             return False
@@ -178,7 +178,7 @@ def _settle(directory: str) -> None:
 def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
     """Exchange two files; back again where the target was not as expected.
 
-    There is no other way to look at what is replaced at the very moment of replacing it.
+    Only an exchange shows which content was replaced at that moment.
     """
     if not _exchange(other, target):
         if read_bytes(target) != expected:
@@ -200,13 +200,13 @@ def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
 
 
 def _put_back_newer(other: str, target: str, expected: bytes, placed: bytes) -> bool:
-    """Look at what was displaced by an exchange, and exchange again until nothing newer is displaced."""
+    """Check the content that an exchange displaced, and exchange again until nothing newer is displaced."""
     displaced = read_bytes(other)
     if displaced == expected:
         return True
     while True:
-        # What has been displaced is newer than what has been placed, and goes back. Should it displace
-        # something else than what was placed, that is newer still.
+        # The displaced content is newer than the placed one, and goes back. If that displaces something else than the
+        # placed content, it is newer still.
         newer = displaced
         _exchange(other, target)
         displaced = read_bytes(other)

@@ -38,7 +38,7 @@ class Event(NamedTuple):
 
 
 class ParamChange(NamedTuple):
-    """A <param> that is to have another value.
+    """The change of a <param>'s value.
 
     Attributes:
         nth, total: which <param> of the file it was when that was loaded, and of how many.
@@ -127,7 +127,7 @@ def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> in
     """The index of the event at which the <param> of a change begins; ValueError if it is not certain."""
     tags = tags_in(events, 'param')
     found = [index for index in tags if events[index].attributes.get('name') == change.name]
-    # Another one with that name may be the nth by now, or have the value that this one had.
+    # After an edit, a different <param> with that name may be the nth, or have the value that this one had.
     if len(tags) == change.total and tags[change.nth] in found:
         return tags[change.nth]
     if len(found) != 1:

@@ -55,7 +55,7 @@ def text_in_manner_of(old: str, value: str, is_utf8: bool = True) -> str:
         is_utf8: whether the file is in UTF-8; in others all but ASCII is written as escapes.
 
     Returns:
-        What reads back to exactly that text: in the quotes of the one before, else what `repr` gives.
+        A literal that reads back to exactly that text: in the quotes of the former literal, else by `repr`.
     """
     match = _QUOTE.match(old)
     if match and value.isprintable() and ('\\' not in value or match[1] in ('r', 'R')):
@@ -112,7 +112,7 @@ def notations(old: str, value: Scalar) -> Iterator[str]:
 
 
 def check_replaceable(file: str, old: str, present: object, said: Sequence[Scalar], value: Scalar) -> None:
-    """Raise ValueError if a value must not replace what a file says.
+    """Raise ValueError if a value must not replace the one in a file.
 
     Args:
         file: where it stands.

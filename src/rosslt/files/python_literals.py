@@ -28,7 +28,7 @@ LITERALS = '__literals__'
 MINUS = re.compile(r'-[ \t]*')
 NEWLINE = re.compile(r'\r\n|\r|\n')
 
-#: Texts in several pieces, bytes and f-strings are no words: it is not one token that says them.
+#: Texts in several pieces, bytes and f-strings are not words: it is not one token that says them.
 _WORD = re.compile(
     r"""True|False|[uUrR]?(?:
     \'\'\'(?:[^'\\\r\n]|\\[^\r\n]|'(?!''))*\'\'\' | \"\"\"(?:[^"\\\r\n]|\\[^\r\n]|"(?!""))*\"\"\"
@@ -95,7 +95,7 @@ class Positions:
         return Literal(*self.range_of(node), node.lineno, self.column(node.lineno, node.col_offset), value)
 
     def number(self, node: Any) -> Union[int, float, None]:
-        """The finite number that a node is, with its sign; None if it is none."""
+        """The finite number of a node, with its sign; None if the node is not a number."""
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             return node.value if _is_finite(node.value) else None
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):

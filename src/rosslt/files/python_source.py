@@ -119,7 +119,8 @@ class SourceText:
     def argument_of_call(
         self, line: int, column: int, position: int, keyword: str, path: Sequence[str] = ()
     ) -> Optional[int]:
-        """The index of the literal that is an argument of the call that begins there; None if it is none.
+        """The index of the literal that is an argument of the call that begins there; None if the argument is not a
+        literal.
 
         Args:
             line, column: of the call; both count from 1.
@@ -153,7 +154,7 @@ class SourceText:
             values: {index of a literal: its value, of the same kind}.
 
         Raises:
-            FileError: a value cannot stand where another one does.
+            FileError: a value cannot stand in the place of the old one.
         """
         wanted = {index: value for index, value in values.items() if not _is_same(self.literals[index].value, value)}
         spelled = {index: self._spelled(index, value) for index, value in wanted.items()}
@@ -234,7 +235,7 @@ class Followed(NamedTuple):
 
     Attributes:
         literals: {index of a literal in the text before: its index in the new one}.
-        lines: the lines of the new text, from 1, that are others than before but for these.
+        lines: the lines of the new text, from 1, that differ from the text before in more than these literals.
         has_lost_lines: whether lines of the text before are gone.
     """
 
@@ -246,13 +247,13 @@ class Followed(NamedTuple):
 def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), exactly: bool = False) -> Followed:
     """Follow the literals of a file that somebody has edited.
 
-    One is followed if that is certain: its line reads the same but for numbers, blanks and comments, and there are
-    as many such lines in its function as before, of which it is in the same one.
+    A literal is followed if that is certain: its line reads the same except for numbers, blanks and comments, its
+    function has as many such lines as before, and the line has the same place among them.
 
     Args:
         old, new: the file before, and now.
-        locations: indices of literals in the old one. Texts and truth values among them may be others, too, and are
-            followed; all others name what a line is about: `'~speed'`.
+        locations: indices of literals in the old one. Texts and truth values among them may have changed,
+            and are followed; all other texts name what a line is about: `'~speed'`.
         exactly: follow literals of those lines alone that read the same with their numbers, blanks and comments.
     """
     lines_before, lines_after = _lines_of(old, exactly), _lines_of(new, exactly)
@@ -289,12 +290,12 @@ class _Line(NamedTuple):
     texts: List[Optional[str]]
 
 
-#: A function, a template, and the texts and truth values that are to stay the same; None for what may be another one.
+#: A function, a template, and the texts and truth values that are to stay the same; None for those that may change.
 _Key = Tuple[str, str, Tuple[Optional[str], ...]]
 
 
 def _lines_by_key(lines: Dict[int, _Line], free: Dict[Tuple[str, str], Set[int]]) -> Dict[_Key, List[int]]:
-    """The numbers of lines, from 1, by what they have in common; `free` says which of their literals may differ."""
+    """Line numbers, from 1, grouped by the key of equal lines; `free` says which of their literals may differ."""
     found: Dict[_Key, List[int]] = {}
     for number, line in lines.items():
         may_differ = free.get((line.function, line.template), ())

@@ -75,10 +75,10 @@ def write(edits: Sequence[Edit]) -> None:
 def unified_diff(edits: Sequence[Edit]) -> str:
     """Show edits as a unified diff that `patch -p0` takes.
 
-    Bytes that are not in UTF-8 are surrogates in it, as of `surrogateescape`.
+    Bytes that are not in UTF-8 are surrogates in it, as in `surrogateescape`.
 
     Raises:
-        FileError: as of `write`.
+        FileError: as in `write`.
     """
     lines: List[str] = []
     for path, (before, after) in _contents(edits).items():

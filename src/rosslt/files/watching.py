@@ -40,7 +40,7 @@ class FileWatch:
 
 
 def _state_of(path: str) -> Optional[Tuple[int, ...]]:
-    """Read what differs once a file has been written; None if there is no file."""
+    """Return a mark of a file that differs after each writing; None if there is no file."""
     try:
         found = os.stat(path)
     except OSError:

@@ -15,7 +15,7 @@ PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
 
 
 class YamlChange(NamedTuple):
-    """A number, a text or a truth value of a YAML file that is to be another one.
+    """The change of a number, a text or a truth value in a YAML file.
 
     Attributes:
         path: of keys and indices, from the root of the document.
@@ -97,7 +97,7 @@ def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Co
         if uses and uses[id(node)] > 1:
             raise ValueError('it is one value in several places, and would have to be two')
     if not isinstance(node, yaml.ScalarNode):
-        raise ValueError(f'{"/".join(map(str, path))} is no single value any more')
+        raise ValueError(f'{"/".join(map(str, path))} is not a single value any more')
     return node
 
 

@@ -25,7 +25,7 @@ def dot(flow: Flow, directory: Directory, sources: Optional[Iterable[values.Sour
 
     Args:
         directory: the Directory that knows the names of locations.
-        sources: as of `edges`.
+        sources: as in `edges`.
     """
     edges = flow.edges(sources)
     # sorted, so that the same flow is the same text whichever message came first

@@ -1,11 +1,11 @@
 """Limits what recording costs a node: the CPU time that it takes itself and 5 % of a core, over any half a second.
 
 A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. If it passes
-`MOST`, recording stops: what is computed is plain. It begins again with the next round, a message that is sent or a
+`MOST`, recording stops: results are plain. It begins again with the next round, a message that is sent or a
 callback, once the debt is paid. A publisher whose round was not recorded as a whole sends sampled messages.
 
-Who asks gets an answer: after a publisher was made, after a change, and after somebody has subscribed, recording goes
-on until a message was recorded as a whole, for `ASKED` at most. That is owed as all else.
+Requests are answered at once: after a publisher was made, after a change, and after somebody has subscribed, recording
+goes on until a message was recorded as a whole, for `ASKED` at most. That adds to the debt like all recording.
 """
 
 import sys
@@ -37,8 +37,8 @@ class Budget:
         wall_clock: gives the time in seconds.
 
     Attributes:
-        stops: how often recording was stopped or begun again. What was computed while it was even, and the same, was
-            recorded as a whole.
+        stops: how often recording was stopped or begun again. Recording was on all the time between two
+            moments if it is even and the same at both.
         spent: the CPU time that recording has taken, in seconds.
         lines: {(file, line) of the node's own code: how often it was met there}.
     """
@@ -69,13 +69,13 @@ class Budget:
                 values.allow(_GRANT)
 
     def ask(self, asked: object) -> None:
-        """Record from the next round on, whatever is owed, until what was asked has answered."""
+        """Record from the next round on, whatever the debt, until the asked publisher has answered."""
         self._account(0.0)
         self._asked.add(asked)
         self._most = self._debt + ASKED
 
     def answer(self, asked: object) -> None:
-        """What was asked has sent a message that was recorded as a whole."""
+        """An asked publisher has sent a message that was recorded as a whole."""
         self._asked.discard(asked)
         if not self._asked:
             self._most = MOST

@@ -1,4 +1,4 @@
-"""The names on which the rules for literals rest: calls, keywords and attributes whose numbers are no locations."""
+"""The names on which the rules for literals rest: calls, keywords and attributes whose numbers are not locations."""
 
 from typing import Set
 
@@ -33,7 +33,7 @@ PLAIN_CALLS = _words(
     """
 )
 
-#: Makers of arrays and the like: the first argument from which on their numbers are sizes, steps or types.
+#: Functions that make arrays and the like: the index from which on their arguments are sizes, steps or types.
 SHAPE_CALLS = {
     'enumerate': 1,
     'islice': 1,

@@ -67,7 +67,7 @@ def _one_object(number: object, _: str) -> Any:
     return number
 
 
-#: The size of an expression from which on a number in a list is taken for a state that is carried on.
+#: A number in a list with an expression of at least this size is taken for a state that is carried on.
 LONG = 256
 
 #: The most numbers of a list that is looked through for those.
@@ -131,7 +131,7 @@ def cells_of(path: str, literals: List[Literal], digest: str, is_program: bool =
         known = _files.get(path)
         if known is None:
             known = _files[path] = Cells(path, literals, digest, is_program=is_program)
-        # What was edited and is loaded again is plain: its locations are those of the file as it was loaded first.
+        # A file that was edited and is loaded again is plain: the locations are those of the first loading.
         return known if known.digest == digest else Cells(path, literals, digest, is_plain=True)
 
 
@@ -145,8 +145,8 @@ class Cells(list):
     """The numbers of a file, each in its cell.
 
     Args:
-        path, literals, digest, is_program: as of `cells_of`.
-        is_plain: whether the numbers are no locations.
+        path, literals, digest, is_program: as in `cells_of`.
+        is_plain: whether the numbers are not locations.
 
     Attributes:
         path, literals, digest, is_program: the same.
@@ -226,10 +226,10 @@ def location_of(source: values.Source) -> 'Optional[CellLocation]':
 
 
 def decide_shapes(leaves: Iterable[object]) -> None:
-    """Have what gives formulas their shape do without provenance from now on, if nothing is lost by that.
+    """Stop tracking shape literals if another source suffices.
 
-    That makes affine again what moves, and so costs a fraction. A leaf that comes from nothing else keeps one of its
-    shapes: of those that move it, the one that is changed most willingly.
+    Expressions then stay affine in the other sources, and cost a fraction. A leaf that has only shape literals keeps
+    one of those that move it: the one of the lowest rank.
 
     Args:
         leaves: of a message.
@@ -245,7 +245,7 @@ def decide_shapes(leaves: Iterable[object]) -> None:
             if shapes and len(shapes) == len(locations):
                 slopes = values.slopes([leaf])
                 alone.append([shape for shape in shapes if any(slopes.get(shape.source, ()))] or shapes)
-        # What has one shape only has no choice, and may be enough for what has more.
+        # Leaves with one shape have no choice; the shape that they keep may suffice for leaves with several.
         for shapes in sorted(alone, key=len):
             if _kept.isdisjoint(shapes):
                 _kept.add(min(shapes, key=lambda shape: shape.rank))
@@ -306,7 +306,7 @@ class CellLocation(node.LiteralLocation):
             self._retype(float)
 
     def make_known(self) -> None:
-        """Have it listed and changed; its name is another one if that is taken."""
+        """Have it listed and changed; if its name is taken, it gets a different one."""
         literal = self.cells.literals[self.number]
         for more in ((), (str(literal.line), str(literal.column)), (str(self.id),)):
             self.name = '_'.join((*_words(literal), *more))
@@ -334,7 +334,7 @@ class CellLocation(node.LiteralLocation):
     def origin(self, value: object) -> Any:
         """Return the origin of the number that the code reads, for `values.lazy`."""
         source = values.track(self.type(value), self.source)
-        # An int that may become a float: what is said of it must hold for floats.
+        # An int that may become a float: its provenance must hold for floats.
         return source if self.type is type(value) else values.widened(source)
 
     def decide(self, keeps: bool) -> None:

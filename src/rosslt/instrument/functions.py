@@ -27,7 +27,7 @@ def _plain(argument: Any) -> Any:
 
 
 def _with_provenance_of(made: Any, number: Any) -> Any:
-    """A number with the provenance of one that is equal but for rounding."""
+    """A number with the provenance of one that is equal except for rounding."""
     if type(made) is tuple:
         return tuple(map(_with_provenance_of, made, number))
     if type(made) not in _TRACKED:
@@ -127,8 +127,8 @@ def show_as_plain(tracked: type, plain: Any, reduce: Optional[Callable[[Any, Any
     """Have a class call itself as the plain one does, in texts and error messages, and be known as that one.
 
     Args:
-        tracked: the class of what has provenance.
-        plain: what it is without.
+        tracked: the class of numbers with provenance.
+        plain: the class of those without.
         reduce: gives an object of that to pickle, instead of `__reduce_ex__`.
     """
     tracked.__name__, tracked.__qualname__, tracked.__module__ = plain.__name__, plain.__qualname__, plain.__module__
@@ -138,8 +138,10 @@ def show_as_plain(tracked: type, plain: Any, reduce: Optional[Callable[[Any, Any
 
 
 def show_numbers_as_plain() -> None:
-    """`show_as_plain` for all classes of tracked values. What is pickled is read by programs that know of plain ones
-    only, and must be the plain number that it was."""
+    """`show_as_plain` for all classes of tracked values.
+
+    Pickles are read by programs that know only plain numbers, and so hold the plain number.
+    """
     _Pickling.is_plain = True
     for tracked, kind in list(_PLAIN_CLASSES.items()):
         show_as_plain(tracked, kind)

@@ -1,7 +1,7 @@
 """Names for number literals that are part of something else, `WAYPOINTS_2_x`, which outlive edits of other lines.
 
 A name says what the whole is assigned to, or else which function is called with it, or runs there; then the keywords,
-keys and indices on the way down to the number. Lines and columns are no part of it.
+keys and indices on the way down to the number. Lines and columns are not part of it.
 """
 
 import ast
@@ -20,7 +20,7 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         nodes: the literals in the order of the file, each with the name that it is the whole value of, or None.
 
     Returns:
-        Their names; None for what stands in no assignment, call or function.
+        Their names; None for literals outside of assignments, calls and functions.
     """
     places = {
         id(child): (parent, field, index)

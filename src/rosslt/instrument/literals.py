@@ -30,9 +30,9 @@ class Literal(NamedTuple):
             are counted from 1, in characters, and the end is the position after the last one.
         text: as it is written, `-2.50`.
         value: the number.
-        verdict, rule: as of `location_rules.RULES`.
+        verdict, rule: as in `location_rules.RULES`.
         identity: a key of the literal that stays the same after a restart and after edits elsewhere in the file.
-        name: what it is the value of (`speed`), or its place in that (`waypoints.2.x`); None if it has none.
+        name: the variable that it is the value of (`speed`), or its place in that (`waypoints.2.x`); or None.
         minimum, maximum: bounds from a comment, or None.
         is_read_once: whether it is read when its file is loaded, and never again.
         is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of `_set_up`.

@@ -50,10 +50,10 @@ def rewritten(path: str, content: bytes, named: str) -> Rewritten:
     """A file, rewritten: from the cache if it was rewritten before.
 
     Args:
-        path, content, named: as of `rewrite`.
+        path, content, named: as in `rewrite`.
 
     Raises:
-        SyntaxError: as of `compile`.
+        SyntaxError: as in `compile`.
     """
     node.SOURCE_FILES.keep(path, content)
     key = hashlib.blake2b(
@@ -85,7 +85,7 @@ def _keep(file: str, data: bytes) -> None:
         pass
 
 
-#: The modules on which it depends what a file is rewritten to.
+#: The modules that determine how a file is rewritten.
 _REWRITING = (
     *(
         f'instrument/{name}'

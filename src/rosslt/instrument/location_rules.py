@@ -126,7 +126,7 @@ class Judgement(NamedTuple):
         node: the expression, with a sign in front of the number.
         value: its number.
         rule: the row of the table that speaks for it.
-        name: what it is the value of (`speed`, `pose.x`), None if it is part of something else.
+        name: the variable that it is the value of (`speed`, `pose.x`), None if it is part of something else.
     """
 
     node: ast.expr
@@ -195,7 +195,7 @@ class _Judge:
             return None, 'strict'
         found, in_formula, name = None, False, None
         formula: Optional[ast.AST] = None
-        in_container = False  # what a list is extended by is no number that is carried on
+        in_container = False  # what a list is extended by is not a number that is carried on
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
@@ -401,7 +401,7 @@ def _is_text(node: Optional[ast.AST]) -> bool:
 
 
 def _last(node: ast.AST) -> str:
-    """The last part of what is called or named: `cos` of `math.cos`."""
+    """The last part of the name of a function or variable: `cos` of `math.cos`."""
     if isinstance(node, ast.Call):
         node = node.func
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')
@@ -447,7 +447,7 @@ def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str],
     handed_on = list(_handed_on(tree, functions))
     for names in (counts, indices):
         before = -1
-        while before < len(names):  # until no name hands on to another one any more
+        while before < len(names):  # until no name is added
             before = len(names)
             for given, made_of in handed_on:
                 if given in names:

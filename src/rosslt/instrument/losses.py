@@ -32,7 +32,7 @@ LONGEST = 60.0
 MOST_PLACES = 100
 MOST_COSTLY = 3
 
-#: Packages that make no results of what they are given: they send it, wait for it or write it down.
+#: Packages that compute nothing from their arguments: they send them, wait for them or write them down.
 _SINKS = ('genpy', 'json', 'logging', 'rosgraph', 'rospy', 'rosslt', 'xmlrpc', 'yaml')
 
 _NUMBERS = tuple(kind for kind in values.TRACKED_CLASSES if kind.__base__ in (float, int))
@@ -88,7 +88,7 @@ class Losses:
                     del kind.__float__
 
     def note(self, frame: Any) -> None:
-        """A number has lost its provenance in what a frame does, or in what was called from there."""
+        """Count a number that has lost its provenance in a frame, or in a function called from there."""
         while frame is not None:
             place = _place(frame)
             if place is not None:
@@ -104,7 +104,7 @@ class Losses:
         return dict(self._counts)
 
     def sent(self, topic: str, frame: Any) -> None:
-        """A frame of the node, or what was called from there, has published a message."""
+        """Note that a frame of the node, or a function called from there, has published a message."""
         while frame is not None and _place(frame) is None:
             frame = frame.f_back
         place = frame and (topic, *_place(frame))
@@ -147,7 +147,7 @@ class Losses:
 
 
 def _place(frame: types.FrameType) -> Any:
-    """(file, line) of a frame of the node's own code, None for another one."""
+    """(file, line) of a frame of the node's own code, None for other code."""
     cells = frame.f_globals.get(CELLS)
     return None if cells is None else (cells.path, frame.f_lineno)
 

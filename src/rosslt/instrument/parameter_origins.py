@@ -42,7 +42,8 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
             name = ns_join(context.ns, made.key)
             self._note(name, made.value, origin)
             if not tag.hasAttribute('value') and name in self.origins:
-                # What a file or a program says may be long, such as a robot's description, and is not written back.
+                # The text of a file or of a program's output may be long, such as a robot's description, and is not
+                # written back.
                 self.origins[name]['said'] = None
         return made
 

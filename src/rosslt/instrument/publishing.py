@@ -21,7 +21,7 @@ class Publisher(node.Publisher):
     """`rosslt.Publisher`, which makes the literals known that reach its messages, also while nobody subscribes.
 
     Args:
-        as of `rospy.Publisher`.
+        as in `rospy.Publisher`.
     """
 
     _look_again = 0.0
@@ -64,7 +64,7 @@ class Service(node.Service):
     """`rosslt.Service`, each of whose requests begins a round.
 
     Args:
-        as of `rospy.Service`.
+        as in `rospy.Service`.
     """
 
     def _begin_request(self) -> None:
@@ -96,10 +96,10 @@ def reach(message: messages.Message) -> bool:
 
 
 def _take_fractions(leaves: List[object]) -> None:
-    """Have parameters take fractions that say 1 where 1.0 is meant: those that are all that is in a field of floats,
-    and angles, such as one in degrees.
+    """Have parameters with whole numbers take fractions if floats are meant: if a field of floats comes from nothing
+    else, or if they are angles.
 
-    What is computed with other numbers as well may be a count.
+    A parameter that is combined with other numbers may be a count.
     """
     alone = [values.source_of_functions(leaf) for leaf in leaves]
     for source in dict.fromkeys([*alone, *values.sources_of_angles(leaves)]):

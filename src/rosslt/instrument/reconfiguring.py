@@ -94,7 +94,7 @@ def _plain(config: Any) -> Any:
     if config is None:
         return None
     made = copy.deepcopy(config)
-    # Of another one of its kind among the values, it cannot be asked whether it is a message.
+    # `untracked` asks whether a thing is a message by an attribute, for which a nested configuration raises KeyError.
     scalars = {name: value for name, value in config.items() if type(value) in values.TRACKED_CLASSES}
     made.update({name: values.untracked(value) for name, value in scalars.items()})
     return made

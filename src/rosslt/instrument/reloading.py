@@ -75,7 +75,7 @@ class _Reader:
         return _readers.setdefault(id(cells), cls(cells))
 
     def look(self) -> None:
-        """Take in what the file says, if it is something else than before."""
+        """Take in the content of the file, if it has changed."""
         try:
             if self._is_seen():
                 return
@@ -94,7 +94,7 @@ class _Reader:
         self._take(original, new, node.SOURCE_FILES.is_saved_here(digest))
 
     def _is_seen(self) -> bool:
-        """Return whether the file says at this moment what it said before."""
+        """Return whether the file has the same content as before."""
         with contextlib.suppress(files.FileError):
             return files.digest_of(files.read_bytes(self._cells.path)) == self._digest
         return False
@@ -134,7 +134,7 @@ class _Reader:
         return found
 
     def _tell(self, taken: List[str], refused: List[str], elsewhere: Tuple[List[int], bool]) -> None:
-        """Say in one line what was taken in, and what was not."""
+        """Log in one line which edits were taken in, and which need a restart."""
         parts = [', '.join(taken) + ' from now on'] if taken else []
         parts += [f'not taken: {", ".join(refused)}'] if refused else []
         if elsewhere != self._named:

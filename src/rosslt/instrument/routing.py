@@ -38,7 +38,7 @@ LIBRARIES = (
 #: The makers of counterparts for modules that are loaded only if a node uses them: {name: function of the module}.
 _LATE: Dict[str, Callable[[types.ModuleType], Any]] = {}
 _counterparts: Dict[int, Any] = {}
-_kept = []  # what is known by its id must not go away
+_kept = []  # objects known by their ids must not go away
 _told = set()
 #: The services of this room, once there is a node.
 _services: List[Any] = []
@@ -49,7 +49,7 @@ class Counterpart(types.ModuleType):
 
     Args:
         original: the module.
-        others: {name: what is there instead}.
+        others: {name: the object under that name instead}.
     """
 
     def __init__(self, original: types.ModuleType, others: Dict[str, object]) -> None:
@@ -130,7 +130,7 @@ def _tell_libraries() -> None:
 
 
 def init_node(*args: object, **kwds: object) -> None:
-    """`rospy.init_node`, and what makes this node's locations known."""
+    """`rospy.init_node`, which also makes this node's locations known."""
     rospy.init_node(*args, **kwds)
     if _services:
         return  # rospy takes a second call with the same arguments, and does nothing
@@ -189,7 +189,7 @@ def _with_later_sources(value: object, read: Callable[[], Any]) -> Any:
 
     def origin(number: object) -> Any:
         reading: Any = None
-        with contextlib.suppress(LookupError, TypeError):  # it may be of another kind by now
+        with contextlib.suppress(LookupError, TypeError):  # its kind may have changed
             reading = read() if node.is_started() else None
         plain = values.untracked(reading)
         if type(plain) is not type(number) or plain != number:
@@ -201,7 +201,7 @@ def _with_later_sources(value: object, read: Callable[[], Any]) -> Any:
 
 
 def set_param(param_name: str, param_value: object) -> None:
-    """`rospy.set_param`; what this node reads next is what it has set."""
+    """`rospy.set_param`; the next reading in this node gives the value that was set."""
     rospy.set_param(param_name, param_value)
     if node.is_started():
         node.parameter_was_set(param_name)
@@ -254,7 +254,7 @@ def _time() -> Counterpart:
 
 
 ROSPY = _rospy()
-# What a library asks parameters for, sizes of queues mostly, reaches no message.
+# Parameters that libraries read, mostly sizes of queues, reach no message.
 _LIBRARY_ROSPY = Counterpart(ROSPY, {'get_param': rospy.get_param, 'get_param_cached': rospy.get_param_cached})
 replace(rospy, ROSPY)
 replace(math, _math())
@@ -311,7 +311,7 @@ def _tf2_geometry_msgs(original: types.ModuleType) -> Any:
 
 
 def _with_numbers_of(original: Any, tracked: Any) -> Any:
-    """A function of messages that gives the numbers of one function with the provenance of another one."""
+    """A function of messages that gives the numbers of one function with the provenance of a second one."""
 
     @functools.wraps(original)
     def function(*arguments: Any) -> Any:

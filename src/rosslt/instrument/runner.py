@@ -16,7 +16,7 @@ from rosslt.instrument.loader import OwnModules, prepare, rewritten
 
 _RELAY = re.compile(r"^python_script = '(.*)'$", re.MULTILINE)
 _HERE = os.path.dirname(os.path.abspath(__file__))
-#: The folders of what runs a node, which is no part of its tracebacks; a workspace may link to them.
+#: The folders of the code that runs a node, whose frames its tracebacks leave out; a workspace may link to them.
 _OURS = tuple(
     os.path.join(find(os.path.dirname(_HERE)), room) + os.sep
     for find in (os.path.abspath, os.path.realpath)
@@ -25,7 +25,7 @@ _OURS = tuple(
 
 
 class NoNode(Exception):
-    """There is no such node; the text says what was looked for."""
+    """There is no such node; the text says which package or executable is missing."""
 
 
 def find_node(package: str, name: str) -> str:
@@ -52,7 +52,7 @@ def is_python_node(path: str) -> bool:
 
 
 def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> None:
-    """Run a node in this process, which becomes its own; what it raises goes through.
+    """Run a node in this process, which becomes its own; its exceptions pass through.
 
     Args:
         path: of the file. A program that this Python cannot run replaces this process, untracked.
@@ -84,7 +84,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
             _set_up()
             prepare(main.__dict__, made, script)
             sys.meta_path.insert(0, OwnModules(sys.path[0], include))
-            # What is there by now stays. The collector would go through it again and again, for 20 ms at a time.
+            # All objects loaded so far stay. The collector would visit them again and again, for 20 ms at a time.
             gc.freeze()
         exec(code, main.__dict__)
     except BaseException:
@@ -150,7 +150,7 @@ def _say(line: str) -> None:
 
 
 def _report(hook: Any, kind: Any, error: BaseException, traceback: object) -> None:
-    """Report what a node raised as it does itself, by its `sys.excepthook`, without the frames of what runs it."""
+    """Report an exception of a node by the node's own `sys.excepthook`, without the frames of the code that runs it."""
     _trim(error)
     hook(kind, error, error.__traceback__)
 
@@ -168,7 +168,7 @@ def _without_ours_in_thread(raised: Any) -> None:
 
 
 def _trim(error: BaseException) -> None:
-    """Take the frames of what runs a node out of the tracebacks of an exception, and of those that led to it."""
+    """Remove the frames of the code that runs a node from an exception's traceback, and of those that led to it."""
     seen = set()
     waiting: List[Any] = [error]
     while waiting:

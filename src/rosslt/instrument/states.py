@@ -21,7 +21,7 @@ class States(NamedTuple):
     """The statements of a program that start a state, and those that step it.
 
     Attributes:
-        steps: the statements that carry a state on; what they assign is to be cut off from its provenance.
+        steps: the statements that carry a state on; the values that they assign lose their provenance.
         starts: the statements that assign a state its first value.
     """
 
@@ -176,7 +176,7 @@ def _refers_by_detour(change: _Change, by_target: Dict[str, List[_Change]]) -> b
             continue
         seen.add(name)
         for earlier in by_target.get(name, ()):
-            # What is assigned further down comes too late in this round: it is made of this change, not the reverse.
+            # A later assignment comes too late in this round: it is computed from this change, not the reverse.
             is_earlier = earlier.statement.lineno < change.statement.lineno  # type: ignore[attr-defined]
             if is_earlier and (loop is None or loop in earlier.blocks):
                 if change.target in earlier.read:

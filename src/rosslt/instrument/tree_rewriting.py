@@ -1,5 +1,5 @@
-"""Rewrites the syntax tree of a node: a number literal becomes the reading of a location, what is imported becomes what
-keeps provenance, and a state is cut off from its past. Lines and columns stay those of the file.
+"""Rewrites the syntax tree of a node: a number literal becomes the reading of a location, imported functions become
+ones that keep provenance, and a state is cut off from its past. Lines and columns stay those of the file.
 """
 
 import ast
@@ -41,13 +41,13 @@ OPERATORS = {
 
 
 def name_of_cells(path: str, digest: str) -> str:
-    """The name by which the code of a file finds its cells: another one when the file says something else.
+    """The name by which the code of a file finds its cells; it differs for each content of the file.
 
     Args:
         path: the real path of the file.
         digest: the hash of its content.
     """
-    # It ends with underscores, as names in classes are changed that do not.
+    # It ends with underscores, as Python mangles names in classes that do not.
     return f'{CELLS}{files.digest_of(path.encode("utf-8", "surrogateescape"))}{digest}__'
 
 
@@ -85,7 +85,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
         named: what its code object calls the file, as in tracebacks.
 
     Raises:
-        SyntaxError: as of `compile`.
+        SyntaxError: as in `compile`.
     """
     source = SourceText(path, content)
     tree = ast.parse(content, named)
@@ -115,7 +115,7 @@ def _bound_names(tree: ast.AST) -> Set[str]:
 
 
 def _shared_names(tree: ast.AST) -> Set[str]:
-    """The names that a function gives a meaning for others, so that a call may change what they stand for."""
+    """Names declared global or nonlocal in a function: a call may change their values."""
     return {name for node in ast.walk(tree) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
 
 
@@ -130,7 +130,7 @@ def _hidden(tree: ast.AST, cells: object) -> Tuple[Set[str], Tuple[type, ...]]:
     names: Set[str] = set()
     functions = own_functions(tree)
     before = -1
-    while before < len(names):  # until no name gets it from another one any more
+    while before < len(names):  # until no name is added
         before = len(names)
         for node in ast.walk(tree):
             names |= _given(node, functions, _Makers(kinds, cells, names))
@@ -151,7 +151,7 @@ class _Makers(NamedTuple):
             return False
         if isinstance(node, (ast.Name, ast.Attribute, ast.Subscript)):
             return _last_name(node) in self.names
-        # What is computed with ints is mostly a float; floats are looked for if there is NumPy alone.
+        # Results of arithmetic on ints are mostly floats, which are looked for only if there is NumPy.
         has_floats = float in self.kinds
         return any(
             (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
@@ -257,7 +257,7 @@ class _Rewriter(ast.NodeTransformer):
         is_simple = len(node.args) in ((1, 2) if name == 'sum' else (1,)) and not node.keywords
         is_simple = is_simple and not any(isinstance(argument, ast.Starred) for argument in node.args)
         if conversion and is_simple:
-            if not self._bound.isdisjoint(('*', name)):  # another one may have that name, here or elsewhere
+            if not self._bound.isdisjoint(('*', name)):  # the node may use that name for something else
                 return _call(CONVERT, [node.func, *node.args], node)
             node.func = _name(conversion, node.func)
         elif is_simple and _last_name(node.func) in NUMPY_CONVERSIONS:
@@ -271,7 +271,7 @@ class _Rewriter(ast.NodeTransformer):
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
     def _is_known(self, node: ast.AST) -> bool:
-        """Return whether a left operand keeps its own provenance, is no number, or comes from a random function."""
+        """Return whether a left operand keeps its own provenance, is not a number, or comes from a random function."""
         return (
             id(node) in self._cells
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))
@@ -288,7 +288,7 @@ class _Rewriter(ast.NodeTransformer):
         if isinstance(node, ast.UnaryOp):
             return self._may_be_hidden(node.operand)
         if isinstance(node, ast.Call):
-            # What is computed of numbers with provenance by a function has it, in floats too if there is NumPy.
+            # With NumPy, any function of such numbers may give one; else only those that give ints.
             is_of_hidden = float in self._kinds and any(map(self._may_be_hidden, node.args))
             return is_of_hidden or _last_name(node.func) in ('int', 'round', 'len', 'abs')
         name = _last_name(node)
@@ -303,7 +303,7 @@ class _Rewriter(ast.NodeTransformer):
         operands = [node.left, *node.comparators]
         if any(isinstance(operand, ast.Constant) and operand.value is None for operand in operands):
             return node
-        # What is the same number must be the same object, as it is without provenance.
+        # One number must be one object, as it is without provenance.
         if len(operands) == 2 and not has_literals:
             same = _call(SAME, operands, node)
             return same if isinstance(node.ops[0], ast.Is) else ast.copy_location(ast.UnaryOp(ast.Not(), same), node)

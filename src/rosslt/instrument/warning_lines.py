@@ -6,7 +6,7 @@ from typing import Any, Optional, Sequence, TextIO, Type, Union
 
 
 def name_lines_of_node(ours: Sequence[str]) -> None:
-    """Have warnings of what is called on behalf of a node name its line, once for each line as filters have it.
+    """Have warnings in functions called on behalf of a node name the node's line, as often as the filters say.
 
     Args:
         ours: the folders of the files that call functions on behalf of the node.
@@ -24,7 +24,7 @@ def name_lines_of_node(ours: Sequence[str]) -> None:
         """Override the function of `warnings`."""
         frame: Any = sys._getframe() if filename.startswith(folders) else None
         while frame is not None and frame.f_code.co_filename.startswith((*folders, warnings.__file__)):
-            # What is remembered of our line would keep the warning of the node's next line.
+            # Python would remember our line, and not warn of the node's next line.
             frame.f_globals.get('__warningregistry__', {}).clear()
             frame = frame.f_back
         if frame is None:

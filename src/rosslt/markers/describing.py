@@ -21,7 +21,7 @@ class Descriptions:
         return self._directory.version
 
     def look_up(self, sources: Collection[values.Source]) -> None:
-        """Ask for what is not known of sources, or has not been asked for long; it is known some time later."""
+        """Ask owners for unknown or outdated facts about sources, in the background."""
         self._directory.look_up(sources, STALE_AFTER)
 
     def name(self, source: values.Source) -> str:

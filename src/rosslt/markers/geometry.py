@@ -19,7 +19,7 @@ AXES: Tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def normalized(x: float, y: float, z: float, w: float) -> Rotation:
-    """The rotation with length 1; all zero, as in a message that nobody filled in, is no rotation."""
+    """The rotation with length 1; all zero, as in a message that nobody filled in, is not a rotation."""
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
         return IDENTITY
@@ -74,7 +74,7 @@ def without_noise(start: Sequence[float], end: Sequence[float], noise: float) ->
 
 
 def turn_without_noise(start: Rotation, end: Rotation, noise: float) -> Rotation:
-    """The end of a turn, around an axis of the frame or of the thing exactly where it is but for noise."""
+    """The end of a turn, made exact if it is around an axis of the frame or of the thing except for noise."""
     for is_in_frame in (True, False):
         turn = product(end, inverse(start)) if is_in_frame else product(inverse(start), end)
         clean = tuple([0.0 if abs(part) <= noise else part for part in turn[:3]])

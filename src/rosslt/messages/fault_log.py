@@ -1,4 +1,4 @@
-"""Warnings on rosout, each fault once: what is wrong with a message is wrong with the next one, too."""
+"""Warnings on rosout, each fault once: the next message is likely to have the same fault."""
 
 import logging
 from typing import Hashable, Set
@@ -14,7 +14,7 @@ def warn_once(fault: Hashable, text: str, *arguments: object) -> None:
 
     Args:
         fault: identifies the fault; further warnings about it are dropped.
-        text, arguments: as of `logging`.
+        text, arguments: as in `logging`.
     """
     if fault not in _said and len(_said) < LIMIT:
         _said.add(fault)

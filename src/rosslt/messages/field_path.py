@@ -40,11 +40,11 @@ def path_steps(path: str) -> List[Union[str, int]]:
     """The steps of a path: names and indices.
 
     Raises:
-        ValueError: it is no path.
+        ValueError: it is not a path.
     """
     found = re.findall(r'(\w+)|\[(\d+)\]', path)
     if re.sub(r'\w+|\[\d+\]|[./]', '', path):
-        raise ValueError(f'{path!r} is no field: give names with / or . between, and [INDEX] for an array')
+        raise ValueError(f'{path!r} is not a field: give names with / or . between, and [INDEX] for an array')
     return [int(index) if index else name for name, index in found]
 
 
@@ -52,7 +52,7 @@ def part_at(message: Message, path: str) -> Tuple[Any, str]:
     """The part of a message at a path and its ROS type; the message itself at ''.
 
     Raises:
-        ValueError: it is no path.
+        ValueError: it is not a path.
         NoSuchPart: the message has no such part.
     """
     part, type_, walked = message, message._type, ''
@@ -76,7 +76,7 @@ def check_range(part: Message, type_: str, wanted: Message) -> None:
 
     Args:
         part, type_: as `part_at` gives them.
-        wanted: as of `is_reached`.
+        wanted: as in `is_reached`.
 
     Raises:
         ValueError: it has one, or another shape.
@@ -113,7 +113,7 @@ def as_held(value: Scalar, kind: str) -> Scalar:
     """A number as a field of a kind holds it, with its provenance: an int if the field takes whole numbers.
 
     Raises:
-        ValueError, OverflowError: the field takes whole numbers, and it is none, or it is complex.
+        ValueError, OverflowError: it is complex, or the field takes whole numbers and it is not whole.
     """
     plain = values.untracked(value)
     if isinstance(plain, complex):
@@ -122,7 +122,7 @@ def as_held(value: Scalar, kind: str) -> Scalar:
         return value
     whole = values.to_int(value)
     if whole != plain:
-        raise ValueError(f'{plain!r} is no whole number, as the field takes them')
+        raise ValueError(f'{plain!r} is not a whole number, and the field takes only those')
     return whole
 
 

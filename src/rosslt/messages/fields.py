@@ -61,7 +61,7 @@ class Field(NamedTuple):
     type: str
     """The type of the field, or of its elements if it is an array; with its package if it is a message."""
     length: Optional[int]
-    """None for a field that is no array, VARIABLE, or the number of elements."""
+    """None for a field that is not an array, VARIABLE, or the number of elements."""
 
 
 #: The Python type of each kind of `kind_of`.
@@ -84,10 +84,10 @@ def limits_of(scalar: str) -> Tuple[int, int]:
 
 
 def whole_numbers(message_class: MessageClass) -> List[Tuple[Callable[[Message], Scalar], int, int]]:
-    """The fields of a message class for whole numbers, but for those of headers, times and arrays.
+    """The fields of a message class for whole numbers, without those of headers, times and arrays.
 
     Returns:
-        Of each the function that reads it, and the least and the greatest number that it holds.
+        Each with the function that reads it, and the least and the greatest number that it holds.
     """
     layout = Layout(message_class)
     return [

@@ -55,7 +55,7 @@ class Decoded(NamedTuple):
 def decode(data: bytes, message_class: type) -> Decoded:
     """Decode a serialized message, ordinary or of a tracked type, with the provenance that came with it.
 
-    This is how all read messages that came from elsewhere: topics, services, bags, the command.
+    Topics, services, bags and the command decode all messages with it.
 
     Args:
         data: as received.

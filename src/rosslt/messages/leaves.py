@@ -13,7 +13,7 @@ LocatedArray = Tuple[Any, str, Any, List[Any]]
 
 
 def tracked_fields(message: Message) -> List[Tuple[int, Any, str]]:
-    """The tracked leaves of a message: of each its index, its value, and its kind as of `fields.kind_of`."""
+    """The tracked leaves of a message: of each its index, its value, and its kind as in `fields.kind_of`."""
     found: List[Tuple[int, Any, str]] = []
     walkers(message.__class__).collect(message, 0, found)
     return found
@@ -72,7 +72,7 @@ def set_leaves(message: Message, replaced: Dict[int, Any]) -> None:
 
     Args:
         message: any ROS message; it is changed.
-        replaced: `{index: value}`, with indices as of `tracked_fields`.
+        replaced: `{index: value}`, with indices as in `tracked_fields`.
     """
     arrays: List[LocatedArray] = []
     indices = sorted(replaced)

@@ -25,7 +25,7 @@ def packed_arrays(message_class: MessageClass) -> Callable[[Any], Any]:
     which these arrays hold numbers.
 
     Raises (`pack`):
-        genpy.SerializationError: an element is no number of the field's type.
+        genpy.SerializationError: an element is not a number of the field's type.
     """
     if message_class.serialize.__module__ != 'rospy.numpy_msg':
         return lambda message: message
@@ -62,7 +62,9 @@ def _numbers(array: Any, field: Field) -> Any:
     try:
         data = struct.pack(form, *array.flat)
     except struct.error as error:
-        raise genpy.SerializationError('field %s is no array of %s: %s' % (field.name, field.type, error)) from error
+        raise genpy.SerializationError(
+            'field %s is not an array of %s: %s' % (field.name, field.type, error)
+        ) from error
     if field.type in BYTES:
         return data  # which genpy writes as it is
     return numpy.frombuffer(data, '<' + form[-1]).reshape(array.shape)

@@ -1,9 +1,9 @@
 """Provenance is sampled: a publisher writes it at a rate, and marks the messages between.
 
 A message is whole, with the provenance of all its tracked leaves, or it is sampled: it has tracked leaves and is sent
-without their provenance, which its mark says. Every other message is plain: it has no source. What a node computes of a
-sampled message depends on `values.UNKNOWN`, and a message with such a leaf is sampled as well. What is one thing for
-publishers and readers alike, `ThingReader` says.
+without their provenance, which its mark says. Every other message is plain: it has no source. Results that a node
+computes from a sampled message depend on `values.UNKNOWN`, and a message with such a leaf is sampled as well.
+`ThingReader` decides, for publishers and readers alike, which messages are about one thing.
 """
 
 import functools
@@ -31,8 +31,8 @@ from the messages themselves: nodes read each other."""
 
 TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
-several inputs is whole only if all of these are, and each might else be whole at another time. What is faster than
-20 Hz has a message in it, and what is slower is mostly whole anyway."""
+several inputs is whole only if all of these are, and each might else be whole at another time. A topic faster
+than 20 Hz has a message in this time, and the messages of a slower topic are mostly whole anyway."""
 
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
@@ -131,11 +131,11 @@ class SampledProvenance:
 
         Args:
             message: an ordinary one.
-            full_history: as of `encode`.
+            full_history: as in `encode`.
             state: whatever differs after a change, and after somebody has subscribed: the next message is whole.
 
         Returns:
-            SAMPLED between whole ones, and if a leaf depends on what is not known: then the next one is asked again;
+            SAMPLED between whole ones, and if a leaf depends on `UNKNOWN`: then the next message is checked again;
             b'' if no leaf is tracked.
         """
         if state != self._state:
@@ -191,7 +191,7 @@ class LastProvenance:
     it."""
 
     def __init__(self) -> None:
-        # Of each thing the last whole message: its tracked leaves and its form.
+        # The last whole message of each thing: its tracked leaves and its form.
         self._kept: Dict[Hashable, Tuple[Sequence[Tuple[int, Any, str]], Tuple[Hashable, ...]]] = {}
 
     def completed(self, message: Message, is_sampled: bool, publisher: Hashable) -> Message:
@@ -214,7 +214,7 @@ class LastProvenance:
                 self._kept.clear()
             self._kept[thing] = fields, form
             return message
-        result = untracked(message)  # what is tracked in it depends on what is not known
+        result = untracked(message)  # its tracked leaves depend on `UNKNOWN`
         kept, kept_form = self._kept.get(thing, ((), form))
         if kept_form == form:
             found = locate(result, [*(index for index, _, _ in kept), END], [])
@@ -223,7 +223,7 @@ class LastProvenance:
 
 
 def _moved(tracked: Message, value: Scalar) -> Any:
-    """A plain value with the provenance that it had a moment ago; itself if it is no number and another one now."""
+    """A value with the provenance that its field had a moment ago; a text or bool that has changed stays plain."""
     plain = untracked(tracked)
     if type(plain) is type(value) and bool(plain == value):
         return tracked

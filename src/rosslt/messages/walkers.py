@@ -52,7 +52,7 @@ def has_arrays(message_class: MessageClass) -> bool:
 
 
 def items_of(array: Any) -> Any:
-    """The elements of an array that is no exact list or tuple, if they may be tracked: else nothing."""
+    """The elements of an array that is not an exact list or tuple, if they may be tracked: else nothing."""
     if isinstance(array, (list, tuple)):
         return array
     return array.tolist() if getattr(array, 'has_provenance', None) or is_object_array(array) else ()

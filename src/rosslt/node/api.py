@@ -24,16 +24,16 @@ import rospy
 from rosslt import values
 from rosslt.node.change.node_errors import ENDS, THREAD_ENDS
 from rosslt.node.json_scalars import Refused
-from rosslt.node.locations.bounds import checked_limits
+from rosslt.node.location_server import SETTINGS, Owner
 from rosslt.node.locations.call_sites import CallSite, call_site, identity_of, name_of, word_of
 from rosslt.node.locations.composed import readable
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.external import ExternalLocation
 from rosslt.node.locations.location import LiteralLocation, Location, Readable
+from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.rounds import watch_first_round
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
-from rosslt.node.server import SETTINGS, Owner
 
 _owner = Owner()
 _BY_CALL = _owner.locations.by_call
@@ -41,13 +41,13 @@ _starting = threading.Lock()
 
 
 def init_node(name: str, *args: object, **rospy_options: object) -> None:
-    """Start this node: `rospy.init_node`, and what makes its locations known and changeable.
+    """Start this node: `rospy.init_node`, and the services that make its locations known and changeable.
 
     Args:
-        name, and all others: as of `rospy.init_node`.
+        name, and all others: as in `rospy.init_node`.
 
     Raises:
-        rospy.ROSInitException, ValueError: as of `rospy.init_node`.
+        rospy.ROSInitException, ValueError: as in `rospy.init_node`.
     """
     rospy.init_node(name, *args, **rospy_options)
     start()
@@ -78,7 +78,7 @@ def _end_by(report: Callable[..., Any], kind: object, error: BaseException, trac
 
 
 def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
-    """A thread raises an exception, such as that of a `rospy.Timer`: as `_end_by` of the main program."""
+    """Do what `_end_by` does if a thread raises an exception, such as the thread of a `rospy.Timer`."""
     report(raised)
     _take_back(raised.exc_value, THREAD_ENDS)
 
@@ -113,7 +113,7 @@ def location(
 
     Args:
         value: the literal: a float, int, str or bool; or a message, list or dict of them, each leaf of which
-            becomes a location (but for time stamps, sequence numbers and byte arrays).
+            becomes a location (except time stamps, sequence numbers and byte arrays).
         name: its name below `<node>/rosslt/`, words joined by `/`; by default made of file, function and variable. The
             same name with the same literal is the same location, wherever it is read.
         key: tells the turns of a loop apart; anything with a `str()`.
@@ -130,8 +130,8 @@ def location(
         The current value, tracked; for a message, list or dict a new one.
 
     Raises:
-        ValueError: the name is no name or is taken, the literal is out of bounds, or the bounds make no sense.
-        TypeError: the literal is of a type that cannot be a location, or a bound is no number.
+        ValueError: the name is malformed or taken, the literal is out of bounds, or the bounds make no sense.
+        TypeError: the literal is of a type that cannot be a location, or a bound is not a number.
     """
     if (value is None) == (getter is None):
         raise TypeError('location() takes either a value or a getter')
@@ -215,17 +215,17 @@ def add_location(
     """A location that is not a call in this node's code, for example a number in a script. For the rooms above.
 
     Args:
-        name: as of `location`; it is also what identifies the location.
+        name: as in `location`; it is also what identifies the location.
         site: the CallSite, which is where it stands.
-        getter, setter: as of `location`.
-        limits: `minimum`, `maximum`, `read_only`, `weight`, as of `location`; `is_named`, whether people know the name
+        getter, setter: as in `location`.
+        limits: `minimum`, `maximum`, `read_only`, `weight`, as in `location`; `is_named`, whether people know the name
             (by default they do not, and are told if it is alone).
 
     Returns:
         The ExternalLocation; its `tracked` is the current value, tracked.
 
     Raises:
-        ValueError: the name is no name or is taken.
+        ValueError: the name is malformed or taken.
     """
     base, identity = _named(name, None, site)
     with _named_place(site):
@@ -252,7 +252,7 @@ def add_literal(location: LiteralLocation) -> Location:
 
 
 def remove_location(location: Location) -> None:
-    """Forget a location that `add_location` made: a change to it is refused from now on, as of an unknown one."""
+    """Forget a location that `add_location` made: changes are refused from now on, as for unknown locations."""
     _owner.locations.remove(location)
 
 

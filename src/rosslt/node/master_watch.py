@@ -2,7 +2,7 @@
 
 A new master knows neither this node's topics nor its services nor its parameters, and a running rospy node
 tells it nothing of them. A tracked node does, as changes could not reach it otherwise; and so does one that was started
-with rospy and has a tracked publisher or subscriber, as it stands between an owner and what is dragged.
+with rospy and has a tracked publisher or subscriber, as it stands between an owner and the dragged thing.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ class MasterWatch:
         self._known: Optional[int] = None
 
     def start(self) -> None:
-        """Begin, if it has not begun: the master of now knows this node."""
+        """Start watching, if not started: the present master knows this node."""
         if self._is_started:
             return
         self._is_started = True

@@ -2,7 +2,7 @@
 
 A script can do little, and its run time is limited, as is the size of its numbers, texts and lists: one operation on
 a huge one takes as long as all that a script may do. This protects against accidents, for example an endless loop. It
-is no protection against attackers.
+does not protect against attackers.
 """
 
 import ast
@@ -41,10 +41,10 @@ MOST_BITS = sys.float_info.max_exp
 
 TICK = '__tick__'
 
-#: Checks the size of what is read from a variable, a list or a dict. So an operation gets nothing huge.
+#: Checks the size of values read from a variable, a list or a dict, so that no operation gets huge operands.
 SIZED = '__sized__'
 
-#: These check what an operation will come to that may be huge, as in `x ** y`: for `x * y`, for the y of `x *= y`, and
+#: These check the size of a result that may be huge, such as that of `x ** y`: for `x * y`, for the y of `x *= y`, and
 #: for `x[i] *= y`, which is a call as a whole.
 COMPUTE, OPERAND, AUGMENT = '__compute__', '__operand__', '__augment__'
 
@@ -98,7 +98,7 @@ BUILTINS = (
 )
 
 
-#: The logarithms of what the functions come to whose results may be huge, from whole numbers.
+#: {name of a function of whole numbers whose result may be huge: gives the logarithm of the result}.
 COUNTING: Dict[str, Callable[..., float]] = {
     'factorial': lambda n: math.lgamma(n + 1.0),
     'perm': lambda n, k=None: math.lgamma(n + 1.0) - (0.0 if k is None or k > n else math.lgamma(n - k + 1.0)),
@@ -124,7 +124,7 @@ def run(
         Its steps, a list of Goto and Wait.
 
     Raises:
-        files.FileError: it holds what a script must not, fails, or does not end.
+        files.FileError: it uses forbidden syntax, fails, or does not end.
     """
     _check(source)
     steps: List[Step] = []
@@ -218,7 +218,7 @@ def run(
         )
     except SyntaxError as error:  # return outside of a function, and the like
         raise files.FileError(source.path, error.lineno or 1, error.offset or 1, error.msg) from None
-    except Exception as error:  # whatever it raises is what is wrong with the script
+    except Exception as error:  # any exception is a fault of the script
         line = _line_of(error.__traceback__, source.path)
         name = '' if isinstance(error, RuntimeError) else type(error).__name__ + ': '
         raise files.FileError(source.path, line, 1, name + str(error)) from None
@@ -244,7 +244,7 @@ def _number(value: object, function: str) -> float:
 
 
 def _check(source: files.SourceText) -> None:
-    """Refuse what a script must not hold."""
+    """Refuse syntax that a script must not use."""
     for node in ast.walk(source.tree):
         name = type(node).__name__
         reason = None

@@ -85,7 +85,7 @@ class LiveScript:
         self._take_in(content, remembered(files.digest_of(content)))
 
     def reload(self) -> None:
-        """Take in the text that is in the file, if it is another one than that in force."""
+        """Take in the text of the file, if it differs from the one in force."""
         for _ in range(ATTEMPTS):
             with self._lock:
                 if files.holds(self.path, self._state.source.content):
@@ -97,7 +97,7 @@ class LiveScript:
                 if self._take_in(files.read_settled_bytes(self.path)):
                     return
             except files.Unsettled:
-                continue  # it may be changes that do not let it settle
+                continue  # changes by this script may keep the file unsettled
             except ScriptError as error:
                 self._report(error)
                 return
@@ -136,7 +136,7 @@ class LiveScript:
             names: of its locations, if these are remembered.
 
         Returns:
-            False if the file holds yet another one by now.
+            False if the file was changed again meanwhile.
         """
         with self._lock:
             if not files.holds(self.path, content):

@@ -24,7 +24,7 @@ class Waypoints:
         self._refused: Optional[Tuple[Any, Any]] = None  # what is named in the log already
 
     def update(self) -> None:
-        """Take in what the parameters say now, which makes no network call. If they say no waypoints any more, the
+        """Take in the present parameters, without a network call. If they say no waypoints any more, the
         ones before stay, and the log says so.
 
         Raises:

@@ -1,7 +1,7 @@
 """The compiled core of this room, if there is one: what it does, the Python here does as well (PEP 399).
 
 `catkin build` compiles it from `core/`. It lies beside the generated messages, if the devel space has a folder of
-this package; the name of its file says for which Python it was built, so that another one does not find it.
+this package; the name of its file says for which Python it was built, so that no other Python loads it.
 """
 
 import importlib

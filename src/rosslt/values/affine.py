@@ -2,9 +2,9 @@
 
 A value that is updated in a loop, `x = x + v * dt`, must not grow for ever. Once an expression passes `LIMIT`, its
 older half is folded: each value at the border gets one record of a slope for each source, which means exactly the same
-if the value is affine, and else is its linearization at the present values, which `explain` marks as such. What
-shares that past, such as the other elements of a covariance, is shorter from then on, too, so that each operation is
-folded once.
+if the value is affine, and else is its linearization at the present values, which `explain` marks as such. Values that
+share the folded part, such as the other elements of a covariance, become shorter as well, so each operation is folded
+once.
 
 A fold is made by one sweep from the values down to their sources, which multiplies and adds up slopes: it takes time
 and memory in proportion to the operations and sources below them.
@@ -121,7 +121,7 @@ def _swept(nodes: List[Node], root: Value) -> Tuple[Leaves, bool]:
                 finite = False
             exact = exact and finite
             weights[id(operand)] = total if finite else 0
-    # What is left by now are sources.
+    # Only sources are left.
     return [(node, weights[id(node)]) for node, _ in nodes if id(node) in weights], exact
 
 
@@ -209,10 +209,10 @@ def _replace(value: Value, fold: Record) -> None:
 
 
 def _resized(value: Value) -> List[Value]:
-    """Work out anew how large the newer half of an expression is, as what it is made of may have been folded since.
+    """Work out anew how large the newer half of an expression is, as its operands may have been folded since.
 
     Returns:
-        The values at the border to the older half, but for those that few operations made.
+        The values at the border to the older half, except those that few operations made.
     """
     if CORE is not None:
         found: Any = CORE.resized(value, HALF)

@@ -18,8 +18,8 @@ _DEGREE = math.radians(1.0)
 def sources_of_angles(xs: Iterable[Value]) -> List[Source]:
     """The sources that are angles if values were computed from them, each once.
 
-    An angle is what is converted from degrees to radians, or that of which a sine, cosine or tangent is taken, also
-    if it was multiplied by plain numbers before. A count is no angle, though a circle may be divided by it.
+    A number is an angle if it is converted from degrees to radians, or if its sine, cosine or tangent is taken,
+    also after it was multiplied by plain numbers. A count is not an angle, though a circle may be divided by it.
 
     Args:
         xs: tracked or plain scalars.
@@ -36,7 +36,7 @@ def sources_of_angles(xs: Iterable[Value]) -> List[Source]:
 
 
 def _multiple(value: Value) -> Tuple[Optional[Source], float]:
-    """The source that a value is a multiple of, and by which factor; no source if it is none."""
+    """The source that a value is a multiple of, and by which factor; no source if it is not such a multiple."""
     factor = 1.0
     form, first, second = resolve(value)
     while form.single_operand and _multiplies(form, second):

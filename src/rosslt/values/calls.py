@@ -186,7 +186,7 @@ def _number(result: Value) -> Value:
 
 
 def _each(functions: Functions) -> Sequence[Optional[Function]]:
-    """Inverses or slopes as a sequence; a single one is that of the first argument."""
+    """Inverses or slopes as a sequence; a single function belongs to the first argument."""
     if isinstance(functions, (tuple, list)):
         return tuple(functions)
     return () if functions is None else (functions,)  # type: ignore[return-value]
@@ -198,8 +198,8 @@ def operation(function: Optional[Function] = None, *, inverse: Functions = None,
     Args:
         function: takes plain numbers, or lists, tuples, dicts, messages or arrays of them, by position or keyword, and
             whatever else it likes (a method its `self`). It returns a number, or a tuple, list or array of numbers, the
-            same for the same arguments. What lists, tuples, dicts, messages and arrays hold when it is called is kept;
-            other objects are kept themselves.
+            same for the same arguments. The contents of lists, tuples, dicts, messages and arrays at the call are kept;
+            other objects are kept by reference.
         inverse: for each argument the function `inverse(wanted, *arguments)` that gives what this argument must become,
             or None; a single function is that of the first argument. Without one, the argument is searched for
             numerically, and so it is if the function returns several numbers or the argument holds several.

@@ -1,4 +1,4 @@
-"""Fitting: the source values that bring many results as near as possible to what was measured.
+"""Fitting: the source values that bring many results as near as possible to measured ones.
 
 Calibration, without a line of model: the expressions of the results are the model, and their slopes are exact. SciPy's
 `least_squares` does the search.
@@ -63,7 +63,7 @@ def fit(
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
 ) -> Fit:
-    """Find the source values that bring many results as near as possible to what was measured (least squares).
+    """Find the source values that bring many results as near as possible to measured ones (least squares).
 
     Args:
         values: a sequence of tracked numbers, or of messages holding such; or anything that `solve` takes.
@@ -80,7 +80,7 @@ def fit(
 
     Raises:
         NotTracked: no result depends on a source that can be fitted, or not on one of `sources`.
-        ValueError: the shapes differ, a target is no finite number, a minimum is above its maximum, or there is no such
+        ValueError: the shapes differ, a target is not finite, a minimum is above its maximum, or there is no such
             loss.
         ArithmeticError: a result has no value at the present values of the sources.
         ImportError: SciPy is not installed.
@@ -129,7 +129,7 @@ class _Problem:
     Attributes:
         unknowns: the sources to fit.
         old: `{Source: its present value}`.
-        is_linearized: as of the Fit.
+        is_linearized: as in the Fit.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class _Problem:
             if type(value) not in TRACKED:
                 continue
             if isinstance(target, (str, bool)) or not math.isfinite(target):
-                raise ValueError('the target of %s is %r, which is no finite number' % (path or 'the value', target))
+                raise ValueError('the target of %s is %r, which is not a finite number' % (path or 'the value', target))
             self._results.append(value)
             wanted.append(float(target))
         self._wanted = numpy.array(wanted)

@@ -53,7 +53,7 @@ def recorder(operation: Operation) -> Callable[[Decorated], Decorated]:
 
 
 def keeping(of_plain: Function, of_tracked: Function, of_others: Function) -> Function:
-    """A function that calls one with numbers and texts, and another one if an argument may have provenance.
+    """A function that calls `of_plain` with numbers and texts, and `of_tracked` if an argument may have provenance.
 
     Args:
         of_plain: is called with floats, ints and texts; the function is called as it is.
@@ -82,7 +82,7 @@ def keeping(of_plain: Function, of_tracked: Function, of_others: Function) -> Fu
 
 
 def _signed(function: Function) -> str:
-    """The docstring of a compiled function behind its signature, which is how another one has both."""
+    """The docstring of a compiled function behind its signature, the form from which CPython reads both."""
     signature = getattr(function, '__text_signature__', None)
     return ('%s%s\n--\n\n' % (function.__name__, signature) if signature else '') + (function.__doc__ or '')
 

@@ -161,7 +161,7 @@ def give_method(cls: type, name: str, operation: Operation) -> None:
 
 
 def operate(operation: Operation, first: Value, second: Value) -> Value:
-    """The result of an operator: as of `apply`, and of NumPy's numbers what NumPy makes of them."""
+    """The result of an operator: as in `apply`, and of NumPy's numbers what NumPy makes of them."""
     if is_of_numpy(second) or is_of_numpy(first):
         # A number of NumPy with provenance has operators of its own.
         return NotImplemented if type(second) in TRACKED else broadcast(apply, operation, first, second)
@@ -248,7 +248,7 @@ def from_instructions(instructions: Value, index: int) -> Value:
 
 
 def complete_core() -> None:
-    """Tell the compiled core which forms its arithmetic records, and what does all that it does not do itself."""
+    """Tell the compiled core which forms its arithmetic records, and which functions do the rest."""
 
     def fallback(name: str) -> Value:
         if name != 'mul':

@@ -1,7 +1,7 @@
 """Recording operations: each makes a tracked value that knows its operands, and keeps its expression in a limit.
 
-What a program computes is recorded as long as its allowance lasts; results beyond it are plain. The allowance is
-unlimited unless `limit_recording` is called. What is decoded or evaluated anew does not count.
+Operations of a program are recorded as long as its allowance lasts; results beyond it are plain. The allowance is
+unlimited unless `limit_recording` is called. Decoding and evaluating anew do not count.
 """
 
 import sys
@@ -39,7 +39,7 @@ class Allowance:
         self.refill: Callable[[int], int] = lambda overdrawn: sys.maxsize
 
     def allow(self, count: int) -> int:
-        """Give another allowance; returns what was left."""
+        """Replace the allowance; returns what was left of the old one."""
         left, self.left = self.left, count
         return left
 

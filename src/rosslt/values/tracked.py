@@ -89,7 +89,7 @@ def plain(value: Value) -> Value:
 
 
 def plain_scalar(value: Value) -> Value:
-    """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is no such thing."""
+    """The Python number, bool or str in `value` (a subclass of one, a NumPy scalar), None if it is not such a thing."""
     kind = type(value)
     if kind in CLASSES:
         return value
@@ -179,7 +179,7 @@ def source_of_functions(value: Value) -> Optional[Source]:
 
 
 def remake(value: Value, other: Value) -> None:
-    """Have a tracked value be made from now on as an equal one was."""
+    """Replace the record of a tracked value by that of an equal one."""
     value._record, value._size = resolve(other), other._size
 
 

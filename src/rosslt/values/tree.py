@@ -18,8 +18,8 @@ def is_message(x: Value) -> bool:
 
 
 def is_instant(x: Value) -> bool:
-    """Return True for a ROS time or duration: it has slots secs and nsecs and is no message."""
-    # rospy's times inherit the `_slot_types` of genpy's; what is a message has a `_type`.
+    """Return True for a ROS time or duration: it has slots secs and nsecs and is not a message."""
+    # rospy's times inherit the `_slot_types` of genpy's; only messages have a `_type`.
     return hasattr(x, 'secs') and hasattr(x, 'nsecs') and not hasattr(x, '_type')
 
 

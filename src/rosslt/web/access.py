@@ -56,7 +56,7 @@ class AccessCheck:
         try:
             name, site = urlsplit('//' + address).hostname or '', urlsplit(origin or '').netloc
         except ValueError as error:
-            return _answer(http.HTTPStatus.BAD_REQUEST, 'Host or Origin is no address: {}'.format(error))
+            return _answer(http.HTTPStatus.BAD_REQUEST, 'Host or Origin is not an address: {}'.format(error))
         if origin is not None and site.lower() != address.lower():
             return _answer(http.HTTPStatus.FORBIDDEN, 'this page is not for other sites, such as {}'.format(origin))
         if self._password is None:

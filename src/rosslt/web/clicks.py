@@ -34,7 +34,7 @@ class Clicks:
         server.gui.add_command('Select nothing', hotkey='escape').on_trigger(escaped)
 
     def update(self) -> None:
-        """Have the selection say what is selected now, without that of visitors who have left."""
+        """Update the selection, without the things of visitors who have left."""
         clients = self._server.get_clients()
         self.selection.shows_all = self._all.value
         self.selection.things = frozenset(name for client, name in self._selected.items() if client in clients)
@@ -47,7 +47,7 @@ class Clicks:
         self._selected[client.client_id] = name
 
     def click(self, client: viser.ClientHandle, name: str) -> None:
-        """Somebody clicks on a thing; viser reports this as a click anywhere, too, if it listens to such."""
+        """Somebody clicks on a thing; viser also reports this as a click anywhere, if it listens to those."""
         if client.client_id in self._selected:
             self._on_thing.add(client.client_id)
         self.select(client, name)

@@ -11,7 +11,7 @@ import viser
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-#: More things than so many are too much for a browser, or for eyes, at once.
+#: The most things that a browser, or a person, can cope with at once.
 MANY = 50
 
 #: The minimal width of a drawn line, in metres.

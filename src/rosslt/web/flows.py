@@ -48,7 +48,7 @@ class Shown(Look):
 
     Args:
         client: who sees it.
-        sources: gives what is looked at.
+        sources: gives the sources that are looked at.
         topic: where the ways of the sources lead that are written out; None for none.
     """
 
@@ -100,7 +100,7 @@ class Flows:
         self._provenance = ProvenanceMap()
 
     def add(self, client: viser.ClientHandle, sources: SourcesOf, topic: Optional[str] = None) -> Shown:
-        """Show the flow of some sources to somebody, until it is removed; as of Shown."""
+        """Show the flow of some sources to somebody, until it is removed; as in Shown."""
         shown = Shown(client, sources, topic)
         self.look(shown)
         return shown

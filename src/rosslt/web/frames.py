@@ -1,4 +1,4 @@
-"""The frames of tf, shown as branches of the page's tree of things, so that what is in a frame moves with it."""
+"""The frames of tf, shown as branches of the page's tree of things, so that things in a frame move with it."""
 
 import collections
 import re
@@ -11,7 +11,7 @@ import viser
 
 from rosslt.markers import geometry
 
-#: A frame, and the one that it hangs on, in what tf says of all frames: YAML, but for names that YAML would quote.
+#: A frame, and the one that it hangs on, in tf's text about all frames: YAML, except for names that YAML would quote.
 _PARENT = re.compile(r"^(\S.*): *\n  parent: '(.*)'$", re.MULTILINE)
 
 AT_ORIGIN: geometry.PoseTuple = (0.0, 0.0, 0.0, *geometry.IDENTITY)
@@ -56,7 +56,7 @@ class Frames:
                 self._place(frame)
 
     def find_root(self) -> None:
-        """Have the root of most frames stand still, unless another one is to do so."""
+        """Have the root of most frames stand still, unless a different frame was chosen."""
         with self._lock:
             if not self._chosen and self._branches:
                 self._fixed = self._most_common_root()

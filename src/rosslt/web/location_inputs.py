@@ -1,7 +1,7 @@
 """The numbers of the page: a slider, a field or a box for each location, by node and by file.
 
-A number without a slider stands in a field for text: what is typed there is judged here, and not by the browser, which
-would say nothing of what is no number.
+A number without a slider has a text field. Its text is checked here and not by the browser, which would report
+nothing if the text is not a number.
 """
 
 import collections

@@ -67,7 +67,7 @@ class Locations:
 
         Args:
             place: the location.
-            value, hand, refused: as of a Wish.
+            value, hand, refused: as in a Wish.
         """
         key = place.node, place.location.id
         with self._lock:
@@ -105,7 +105,7 @@ class Locations:
                 place.location.value = value
 
     def _change(self, key: Key) -> None:
-        """Ask an owner for what is wished now."""
+        """Ask an owner for the present wish."""
         with contained('a location cannot be changed'):
             with self._lock:
                 wish = self._wishes.pop(key)
@@ -119,7 +119,7 @@ class Locations:
                 self._take(key, node.to_json(changed[source].new))
 
     def _request(self, key: Key, hand: str) -> node.ChangeRequest:
-        """The change of a location: the last one if a hand goes on moving what it has just moved."""
+        """The request for a change of a location: the last request if the hand goes on moving the same location."""
         last_hand, request = self._changes.get(key, ('', None))
         if request is None or last_hand != hand or time.monotonic() - request.requested > PAUSE:
             request = node.ChangeRequest(TIMEOUT)

@@ -103,7 +103,7 @@ class Page:
     def _update(self, count: int) -> None:
         self._scene.expire()
         self._things.keep_held()
-        with self._server.atomic():  # what has moved together is sent, and shown, together
+        with self._server.atomic():  # things that moved together are sent, and shown, together
             self._frames.update()
             self._things.follow()
         self._server.flush()  # viser would wait for more
@@ -136,7 +136,7 @@ def run(
     """Show the page until this node is shut down.
 
     Args:
-        host, port, fixed_frame: as of a Page.
+        host, port, fixed_frame: as in a Page.
         password_file: a file whose first line is the password; None for no password.
         needs_no_password: whether a page that others can reach may go without.
 

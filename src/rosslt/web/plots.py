@@ -32,7 +32,7 @@ class Plot:
 
     Args:
         client: who sees it; the plot stands where viser's next element for them would be.
-        read: gives the numbers as they are now; other than at first, or none, if there is nothing to show.
+        read: gives the present numbers; with a different count than at first, or none, nothing is added.
         descriptions: says what sources are called.
         labels: what the numbers are called; by default `value 1` and so on.
     """
@@ -64,7 +64,7 @@ class Plot:
         self._rows.append(self._row(tracked))
         self._chart.data = self._data()
         labels = self._all_labels()
-        if labels != self._labels:  # what a source is called is known some time after it is seen
+        if labels != self._labels:  # the name of a source becomes known some time after it is seen
             self._labels = labels
             self._chart.series = self._series()
 
@@ -141,7 +141,7 @@ class Window(Look):
         super().__init__(client)
         self._client, self._flows, self._plots = client, flows, plots
         self._is_open = True
-        self._origins: Dict[str, Origin] = {}  # what is chosen from -> what it stands for
+        self._origins: Dict[str, Origin] = {}  # label in the list -> the number that it stands for
         self._shown: Tuple[Optional[Origin], str] = None, ''  # what the plot shows: whose message, and the field
         self._plot: Optional[Plot] = None
         self._modal = client.gui.add_modal(TITLE)

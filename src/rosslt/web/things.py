@@ -18,7 +18,7 @@ from rosslt.web.frames import Frames
 #: What a browser reports of a hand.
 Event = Union[viser.TransformControlsEvent, viser.SceneNodeDragEvent]
 
-#: The length of an arrow, and the width of the lines of arrows and rings, in pixels: they are as large from everywhere.
+#: The length of an arrow, and the width of the lines of arrows and rings, in pixels, at any distance.
 ARROW_LENGTH, LINE_WIDTH = 90.0, 3.0
 
 #: The rotation of a control that acts along, or around, the axes of the frame.
@@ -156,7 +156,7 @@ class Things(Follower):
             thing.remove()
 
     def keep_held(self) -> None:
-        """Say that hands that rest still hold what they hold: a browser reports a mouse only as it moves."""
+        """Keep the holds of resting hands: a browser reports a mouse only while it moves."""
         clients = self._server.get_clients()
         for name, thing in self._things.items():
             if thing.hand in clients:
@@ -250,7 +250,7 @@ class Things(Follower):
             self._refuse(event, thing)
 
     def _refuse(self, event: Event, thing: Thing) -> None:
-        """Tell a hand that another one holds the thing, and put the thing back."""
+        """Tell a hand that a second hand holds the thing, and put the thing back."""
         if event.phase != 'end':
             self._tell(thing.handle, HELD, event.client)
         thing.put(thing.shown)

@@ -144,7 +144,7 @@ def _changes(bag: rosbag.Bag, directory: Directory, settings: Sequence[str]) -> 
     """{Source: value} of NODE/LOCATION=VALUE.
 
     Raises:
-        Failure: it is no such thing, or the bag has no such location.
+        Failure: it is not such a thing, or the bag has no such location.
     """
     bags.take_names(bag, directory)
     recorded = _recorded(bag, directory)

@@ -34,7 +34,7 @@ ARGUMENTS = [
 #: The packages whose messages RViz draws.
 _DRAWN = ('visualization_msgs/', 'geometry_msgs/', 'nav_msgs/Path', 'rosslt/')
 
-#: The ends of topics that are about interactive markers and locations, and show nothing of a robot themselves.
+#: The ends of the names of topics of interactive markers and locations, which carry nothing of a robot itself.
 _OWN = ('/update', '/update_full', '/feedback', '/rosslt/changes', '/rosslt/source_change', '/rosslt/locations')
 
 

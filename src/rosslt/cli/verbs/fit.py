@@ -25,8 +25,8 @@ GROUP = CHANGE
 SUMMARY = 'find the source values that bring recorded fields nearest to what was measured'
 DESCRIPTION = """Find the values of the locations that the fields of a bag come from with which the fields would have
 been as near as possible to others of the bag, by least squares; print the old and the new value of each, and its
-standard error. Messages are paired by their stamps. --apply changes the nodes that run now, --save writes the values
-back to where they were read, too."""
+standard error. Messages are paired by their stamps. --apply changes the nodes that run now, --save also writes the
+values back to where they were read."""
 EXAMPLE = """\
 examples:
   rosslt fit run.bag /odom/pose/pose/position/x --to /truth/pose/pose/position/x

@@ -113,7 +113,7 @@ def _forced(
     """Force the field of a message; returns what has changed.
 
     Raises:
-        Failure: the field has not become what was wanted; what was left changed is printed.
+        Failure: the field has not reached its target; the changes that were kept are printed.
     """
     stream.clear()
     try:
@@ -149,7 +149,7 @@ def _show(
 
 
 def _report(outcome: node.Outcome, publisher: str) -> None:
-    """Print what was seen of the changes."""
+    """Print how messages have shown the changes."""
     if outcome.moves:
         print(
             f'rosslt force: it moves by itself: it was solved for the moment it was seen at, and {publisher} has sent '

@@ -33,7 +33,7 @@ ARGUMENTS = [
 #: The answer assumed for a node that does not say.
 _OPEN = srv.LockLocationsResponse()
 
-#: The most that a value takes of a line.
+#: The most characters of a line that a value takes.
 LONGEST_VALUE = 30
 
 

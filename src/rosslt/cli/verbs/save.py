@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
         raise Misused('--diff is about the files that values were read from; leave FILE out')
     if options.output and options.file:
         raise Misused(f'one file is written, not both {options.output} and {options.file}')
-    # A second node, say, is no file to be written.
+    # A second node, say, is not a file to be written.
     if options.file not in (None, '-') and not options.file.endswith(('.yaml', '.yml')):
         raise Misused(f'{options.file} does not end in .yaml; if it is the file to write, say -o {options.file}')
     master = find_master()

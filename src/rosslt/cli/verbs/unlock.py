@@ -1,4 +1,4 @@
-"""`rosslt unlock`: take changes again of what was locked."""
+"""`rosslt unlock`: accept changes of a locked node or location again."""
 
 import argparse
 
@@ -8,8 +8,8 @@ from rosslt.cli.output import is_terminal
 from rosslt.cli.verb import CHANGE, node_or_location
 
 GROUP = CHANGE
-SUMMARY = 'take changes again of what was locked'
-DESCRIPTION = """Take changes of a location again, or of a node and all of its locations: the opposite of `rosslt
+SUMMARY = 'accept changes of a locked node or location again'
+DESCRIPTION = """Accept changes of a location again, or of a node and all of its locations: the opposite of `rosslt
 lock`."""
 EXAMPLE = """\
 examples:

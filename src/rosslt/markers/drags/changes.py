@@ -43,18 +43,19 @@ def plan(
     may_leap: bool = False,
     resolution: float = 0.0,
 ) -> Plan:
-    """Plan what the sources of tracked values become so that these become their targets, or come as near as they can.
+    """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
     Args:
         tracked, targets: tracked values and as many numbers.
         source: change this Source alone if a value depends on it.
-        timeout: how long to wait for what the owners say of their bounds, in seconds.
+        timeout: how long to wait for the bounds from the owners, in seconds.
         began: {Source: value} where the drag began, of the sources that it has changed. The plan is made from there, so
             that a hand that comes back brings them back.
         last: {Source: value} of the last answer of this drag that brought the values to their targets, to be followed
             without a jump; by default the present values.
         may_leap: whether an answer that can only be reached by a jump is one, too.
-        resolution: what the hand tells apart, in the unit of the tracked values: floats become as round as that allows.
+        resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
+            round as that allows.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -79,7 +80,7 @@ def plan(
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
-        # What the drag has come to already is part of the answer, also if nothing comes nearer.
+        # Changes that the drag has made already are part of the answer, also if nothing comes nearer.
         moved = last or {source: value for source, value in here.items() if value != present.get(source, value)}
         after = {**moved, **after}
         stops = _stops({**present, **after}, limits['bounds'])
@@ -132,7 +133,7 @@ def _is_within(distance: float, tracked: Sequence[Any], trial: Dict[values.Sourc
 
 
 def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Source]:
-    """The sources that stay where a drag changes one alone: all others of the values that depend on that one."""
+    """The sources that stay if a drag changes a single source: all other sources of the values that depend on it."""
     concerned = [sources for sources in map(values.sources, tracked) if source in sources]
     return [other for sources in concerned for other in sources if other != source]
 

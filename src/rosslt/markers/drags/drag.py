@@ -16,7 +16,7 @@ class Drag:
     """A hand on a handle, and what it has done so far.
 
     Args:
-        handle: what it holds.
+        handle: the handle that the hand holds.
         timeout: how long the owners of sources may take to answer, in seconds.
         hand: whose hand it is, if a view is shown to several people.
 
@@ -28,10 +28,10 @@ class Drag:
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
-        turn: how far the hand has turned it, as of `Handle.turn`, also more than once around.
+        turn: how far the hand has turned it, as in `Handle.turn`, also more than once around.
         fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
-        request: what it has changed: one change, in the histories of the owners as well.
+        request: its changes: one request, in the histories of the owners as well.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
@@ -50,7 +50,7 @@ class Drag:
         self.followed: Dict[values.Source, Any] = {}
 
     def begin(self, frame: str, pose: PoseTuple) -> None:
-        """The hand took hold of it at a pose: that of a thing that moves is no longer the one of the last message."""
+        """The hand took hold of it at this pose; a moving thing may have left the pose of the last message."""
         if self._is_sound(frame, pose):
             self.start = self.asked = self.pose = self._without_noise(pose)
             self.turn = self.handle.turn(self.pose)
@@ -61,7 +61,7 @@ class Drag:
             return
         self.pose = self._without_noise(pose)
         self.turn = self.handle.turn(self.pose, self.turn)
-        # Only what the hand has changed is asked for, and that even where it goes back to where it was.
+        # Only coordinates that the hand has changed are asked for, also when they return to their start.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
 
@@ -72,14 +72,14 @@ class Drag:
             ([tracked value], [what it should become], what to tell of a limit of the thing that was met, or '').
         """
         tracked, targets = handle.wanted(pose, self.is_moved, self.is_turned)
-        # The limits are those where the hand took hold of it: what was beyond them can go back there with the hand.
+        # The limits are those at the start of the drag: a thing that was beyond them can go back there with the hand.
         return (tracked, *self.handle.limited(targets, self.turn)) if tracked else ([], [], '')
 
     def misfit(self, handle: Handle) -> Optional[str]:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
         if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
             return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
-        # An element of a list has an index for a name: if elements were added or removed, it is another one. A thing
+        # An element of a list is named by its index: if elements were added or removed, the name means another. A thing
         # with a name of its own stays the same, also if its node computes it from other sources.
         held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
         return 'another thing has taken its place' if handle.name.endswith(']') and held != present else None
@@ -95,7 +95,7 @@ class Drag:
         return True
 
     def _without_noise(self, pose: PoseTuple) -> PoseTuple:
-        """A pose; what is left as it was at the start is exactly that: RViz reports all of it, in 32 bits."""
+        """A pose whose unchanged coordinates are exactly those of the start: RViz reports all of them, in 32 bits."""
         x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
         start = (self.start[3], self.start[4], self.start[5], self.start[6])
         return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))

@@ -24,7 +24,7 @@ GRAZING = 0.02
 def dragged(
     grabbed: Sequence[float], eye: Sequence[float], pointer: Sequence[float], axes: Sequence[int], turned: Rotation
 ) -> Optional[Vector]:
-    """The vector by which a thing has to move so that what was grabbed of it is under the mouse.
+    """The vector by which a thing has to move so that its grabbed point is under the mouse.
 
     Args:
         grabbed: the point of the thing that was grabbed.
@@ -56,7 +56,7 @@ def turned_by(before: Sequence[float], after: Sequence[float], start: Sequence[f
 
 
 def into(frame: PoseTuple, point: Sequence[float]) -> Vector:
-    """A point of the world in the coordinates of a frame, of which is known where it stands in the world."""
+    """A point of the world in the coordinates of a frame, whose pose in the world is given."""
     return rotate_vector(inverse(frame[3:]), difference(point, frame))
 
 

@@ -1,6 +1,6 @@
 """All drags of a scene: which changes are requested while the mouse moves, and which messages are shown.
 
-What hands do is only noted as it is reported. One thread of its own asks the owners, the newest
+Movements of hands are only noted when they are reported. One thread of its own asks the owners, the newest
 position first and as often as the rate allows, and waits for their answers.
 
 The scene is called with the lock of the drags held, but never calls back, so that nobody waits for it long.
@@ -18,7 +18,7 @@ import rospy
 from rosslt import node, values
 from rosslt.markers.drags import changes, wording
 from rosslt.markers.drags.drag import Drag
-from rosslt.markers.drags.drop import Drop
+from rosslt.markers.drags.drop_check import Drop
 from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
@@ -42,8 +42,8 @@ class Rules(NamedTuple):
         is_live: whether they follow while the mouse moves, or when the button is released.
         rate: how often they follow while it moves, in Hz.
         timeout: how long an owner may take to answer, in seconds.
-        resolution: what a hand tells apart, in metres, radians and parts of a quaternion: sources become as round as
-            that allows.
+        resolution: the least difference that a hand can make, in metres, radians and parts of a quaternion: sources
+            become as round as that allows.
     """
 
     is_live: bool = True
@@ -93,14 +93,14 @@ class Drags:
             return self._drag_of(name, hand, frame, pose) is not None
 
     def move(self, name: str, frame: str, pose: PoseTuple, hand: str = '') -> bool:
-        """A hand has moved a handle; False as of `hold`.
+        """A hand has moved a handle; False if another hand has it, as in `hold`.
 
         If it has not said that it takes hold, it does so here: RViz reports the pose first, and the press then.
 
         Args:
             frame: the frame that the pose is in.
             pose: where it stands now.
-            hand: as of `hold`.
+            hand: as in `hold`.
         """
         with self._wake:
             drag = self._drag_of(name, hand, frame, pose)
@@ -184,7 +184,7 @@ class Drags:
                         self._follow(drag)
 
     def _look_at(self, name: str, drop: Drop) -> None:
-        """Take back what is not shown where it was dropped, although its sources were changed again and again."""
+        """Take back a drag whose thing is not shown where it was dropped, even after several changes of its sources."""
         drag = drop.drag
         error = '' if drop.loop.seen else self._why_raised(drag)
         if not error:
@@ -209,14 +209,14 @@ class Drags:
         return self._raised_since(nodes, drag.request.began)
 
     def _take_back(self, drag: Drag) -> str:
-        """Restore what the sources were before a drag; what came of it."""
+        """Restore the values that the sources had before a drag; returns a text about the outcome."""
         self._remember(drag)
         reason = self._undo(drag.handle.name)
         return 'it could not be taken back: ' + reason if reason else 'taken back'
 
     @staticmethod
     def _is_in_force(drag: Drag) -> bool:
-        """Return whether all sources still have what a drag gave them: what others have changed since is left alone."""
+        """Return whether all sources still have the values that a drag gave them; changes by others are left alone."""
         try:
             return not drag.request.lost()
         except values.Error:
@@ -234,7 +234,7 @@ class Drags:
         return True
 
     def _remember(self, drag: Drag) -> None:
-        """Keep what a drag has changed, to be undone."""
+        """Keep the changes of a drag for undo."""
         past = self._past.setdefault(drag.handle.name, [])
         if drag.request not in past[-1:]:
             past.append(drag.request)
@@ -328,8 +328,11 @@ class Drags:
         return None
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
-        """Why what a hand took hold of is no longer there, '' if it is: its numbers are gone, as where somebody has
-        saved a live script anew, and not merely without effect on it now, as in another branch of its node."""
+        """Why the thing that a hand took hold of is gone, '' if it is there.
+
+        It is gone if its sources no longer exist, as after a live script was saved anew. Sources that only have no
+        effect on it now, as in another branch of its node, do not count.
+        """
         held = list(drag.handle.tracked)
         if set(values.sources(held)) <= set(values.sources(list(handle.tracked))):
             return ''

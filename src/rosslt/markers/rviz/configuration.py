@@ -106,11 +106,11 @@ def displays_of(types: Dict[str, str], has_robot: bool) -> List[Dict[str, Any]]:
 
 
 def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[Dict[str, Any]]:
-    """The displays of RViz with those that are wanted, each once, and without those of what is gone.
+    """The displays of RViz with the wanted ones added, each once, and without those of topics that are gone.
 
     Args:
-        present: as RViz has them; what a person has changed in them stays, and so do those that a person has added.
-        wanted: as of `displays_of`.
+        present: as RViz has them; changes by a person stay, and so do displays that a person has added.
+        wanted: as in `displays_of`.
     """
     missing = {_subject(display): display for display in wanted}
     kept = []
@@ -124,7 +124,7 @@ def merged(present: List[Dict[str, Any]], wanted: List[Dict[str, Any]]) -> List[
 
 
 def _subject(display: Dict[str, Any]) -> Optional[Tuple[str, str]]:
-    """(Class, topic or parameter) of a display; None of one that shows neither."""
+    """(Class, topic or parameter) of a display; None if it shows neither a topic nor a parameter."""
     shown = display.get(_SUBJECTS.get(display['Class'], ''))
     return (display['Class'], shown) if shown else None
 
@@ -167,7 +167,7 @@ class Shown:
         self._chosen_frame, self.frame = fixed_frame, fixed_frame or WORLD
         self._scene, self._robot = Scene(Settings()), Robot()
         self._frames: Dict[str, str] = {}  # of all topics that can be dragged
-        # What there is, was at the last look, and is shown: {topic: type}, and whether there is a robot.
+        # At present, at the last look, and as shown: {topic: type}, and whether there is a robot.
         self._present: Tuple[Dict[str, str], bool] = {}, False
         self._before = self._shown = self._present
         Watch(self._scene, also=[self._look])
@@ -179,7 +179,7 @@ class Shown:
         self._present = {topic: graph.types[topic] for topic in self._frames}, has_robot
 
     def update(self, rviz: str, path: str) -> None:
-        """Have RViz show what there is, once no more comes; it keeps what a person has changed in it."""
+        """Have RViz show the present topics, once no more appear; changes that a person made in RViz are kept."""
         present, before = self._present, self._before
         self._before = present
         if present == self._shown or present != before:

@@ -74,7 +74,7 @@ def body(
     """Shapes to grab.
 
     Args:
-        axes: those that they move along, as of Motions; all three mean the plane of the screen.
+        axes: those that they move along, as in Motions; all three mean the plane of the screen.
         shapes: Markers whose poses are relative to the interactive marker.
         turned: the rotation of the interactive marker against the frame that the axes belong to.
         has_menu: whether a right click opens the menu even if no axis is movable.

@@ -1,7 +1,7 @@
 """The display: which interactive markers RViz is shown, and how they follow the handles of a scene.
 
-`apply` sends what differs from what RViz has, at most as often as it is called. RViz lets go of a marker that is
-inserted again, so that what a hand holds has to be left alone.
+`apply` sends the differences to RViz, at most as often as it is called. RViz lets go of a marker that is
+inserted again, so a held marker has to be left alone.
 """
 
 from typing import Optional
@@ -67,7 +67,7 @@ class Display(Follower):
     # For the node.
 
     def apply(self) -> None:
-        """Send what differs from what RViz has."""
+        """Send the differences to RViz."""
         with self._server.mutex:
             if self._is_over:
                 return

@@ -48,8 +48,8 @@ def run() -> None:
     display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size)
     Watch(scene, topics)
     rospy.on_shutdown(display.clear)
-    # What the node has begun with stays, and need not be looked through again and again as messages come; nor need the
-    # objects of a message of some hundred markers while it is read.
+    # The objects that the node has begun with stay, and the garbage collector need not visit them as messages come; nor
+    # the objects of a message of some hundred markers while it is read.
     gc.freeze()
     gc.set_threshold(OBJECTS_BEFORE_COLLECTING)
     while not rospy.is_shutdown():

@@ -15,13 +15,13 @@ from visualization_msgs.msg import (
 
 
 class Server(InteractiveMarkerServer):
-    """The server, but for four things.
+    """interactive_markers' server, changed in four ways.
 
     A pose that RViz reports is not sent back to it: it would arrive late, and RViz would jump to it at the
     end of the drag. Two hands are kept apart by the drags: the original refuses any feedback in the first second of a
     marker. A pose that is set costs a pose: the original makes a whole marker for it, and logs
     it. And the node may end at any moment: its last changes are made even if the signal has come in the middle of
-    earlier ones, and topics that are closed already are no error.
+    earlier ones, and topics that are closed already are not errors.
 
     Args:
         name: of its topics.
@@ -65,7 +65,7 @@ class Server(InteractiveMarkerServer):
                 raise
 
     def publishInit(self) -> None:  # noqa: N802  (the name is the base class's)
-        """Keep what is there for those who come."""
+        """Keep the present markers for viewers that connect later."""
         with self.mutex:
             markers = [context.int_marker for context in self.marker_contexts.values()]
         try:

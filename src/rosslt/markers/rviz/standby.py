@@ -15,10 +15,10 @@ PERIOD, TIMEOUT = 0.5, 2.0
 
 
 def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None:
-    """Wait until no node of a name runs: rospy ends a node when another one of its name starts.
+    """Wait until no node of a name runs: rospy ends a node when a second one of its name starts.
 
     Args:
-        name: the node's name, unless the arguments give another one.
+        name: the node's name, unless the arguments remap it.
         arguments: the command line.
 
     Raises:
@@ -40,7 +40,7 @@ def _runs(name: str) -> bool:
         uri = rosgraph.Master(name).lookupNode(name)
         proxy: Any = xmlrpc.client.ServerProxy(uri)
         _, _, topics = proxy.getPublications(name)
-        # Another process may have the port by now.
+        # A different process may have taken the port.
         return any(topic.startswith(name + '/') for topic, _ in topics)
     return False
 

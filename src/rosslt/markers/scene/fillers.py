@@ -16,8 +16,8 @@ Way = TypeVar('Way')
 def fills(numbers: Sequence[Any], neutral: Sequence[float]) -> bool:
     """Return whether the numbers of a position, or of an orientation, only fill their fields.
 
-    They do if they are those of a thing that is neither moved nor turned, and each is a source itself, or plain: what
-    was computed may be anything the next time.
+    They do if the thing is neither moved nor turned, and each number is a source itself, or plain: a computed number
+    may be anything the next time.
 
     Args:
         neutral: the numbers of a thing that is not moved, or not turned.
@@ -29,14 +29,14 @@ def fills(numbers: Sequence[Any], neutral: Sequence[float]) -> bool:
 def without_fillers(
     ways: Dict[values.Source, Way], present: Mapping[values.Source, Any], rank_of: RankOf
 ) -> Dict[values.Source, Way]:
-    """The ways to turn a thing, but for those of sources that only fill an argument.
+    """The ways to turn a thing, except by sources that only fill an argument.
 
     These are 0, and changed only after others of the ways, as nobody has given them a name.
 
     Args:
         ways: of each source that turns it, the way.
         present: the values of sources.
-        rank_of: as of `Handle.motions`.
+        rank_of: as in `Handle.motions`.
     """
     first = min(map(rank_of, ways), default=0)
     return {source: way for source, way in ways.items() if present[source] != 0 or rank_of(source) <= first}

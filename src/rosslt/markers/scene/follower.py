@@ -1,8 +1,8 @@
 """Bringing a view up to date with a scene: what every view does alike.
 
-A view is told nothing. Whenever it draws, it takes from the scene what is new, and draws, moves and erases what differs
-from what it shows. Nothing of the scene is locked meanwhile. What a hand holds is left alone, as the hand knows better
-than the last message where it is.
+A view polls: whenever it draws, it takes the news from the scene, and draws, moves and erases the handles that differ
+from those shown. Nothing of the scene is locked meanwhile. A held handle is left alone, as the hand knows better than
+the last message where it is.
 """
 
 import queue
@@ -20,7 +20,7 @@ from rosslt.markers.scene.selection import Selection
 #: The rate at which a view is brought up to date, in Hz: that at which RViz draws.
 FRAME_RATE = 30.0
 
-#: The period in which owners are asked what is not known of the sources, or may have changed, in seconds.
+#: The period in seconds in which owners are asked for unknown or outdated facts about the sources.
 LOOK_UP_PERIOD = 1.0
 
 
@@ -39,7 +39,7 @@ class Shown(NamedTuple):
 
 
 class Follower:
-    """A view of a scene, but for the drawing itself: `draw`, `move`, `erase` and `say`.
+    """A view of a scene, without the drawing itself: subclasses add `draw`, `move`, `erase` and `say`.
 
     Only `redraw` may be called by several threads at once.
 
@@ -170,7 +170,7 @@ class Follower:
         known = tuple(values.sources(handle.tracked)), self._version, self.selection.shows_all
         extra = self.extra(handle) if shown is None or shown.known != known else shown.drawing[2]
         drawing = handle.draw_key, motions, extra
-        # What cannot be drawn is not tried over and over.
+        # A handle that cannot be drawn is not tried again.
         self._shown[name] = Shown(known, drawing, handle.pose)
         if shown is None or drawing != shown.drawing:
             self.draw(handle, motions)

@@ -104,7 +104,7 @@ class Handle:
         frame: the frame that the pose is in.
         pose: where it stands.
         size: how large it is, in metres.
-        draw_key: all that its drawing depends on, but for its pose and its motions.
+        draw_key: all that its drawing depends on, except its pose and its motions.
         numbers: those that a drag can change, as far as they are tracked.
         shapes: makes the Markers to grab, posed relative to the handle.
         rank: of several handles that would stand on one thing, those of the lowest rank stay.
@@ -119,7 +119,7 @@ class Handle:
     #: Whether it is the body of its thing, or one of its points or sizes.
     level = BODY
 
-    #: The tracked or plain x, y and z where it stands, in its frame; None if it is no position.
+    #: The tracked or plain x, y and z where it stands, in its frame; None if it is not a position.
     position: Optional[Tuple[Any, ...]] = None
 
     def __init__(
@@ -163,7 +163,7 @@ class Handle:
 
         Args:
             targets: as `wanted` gives them, at least one.
-            turn: how far the drag has turned it, as of `turn`.
+            turn: how far the drag has turned it, as in `turn`.
 
         Returns:
             The targets, and what to tell a person of the limit that was met, '' if there is none.

@@ -32,8 +32,8 @@ class Hold:
     def see(self, handle: Handle) -> None:
         """A message says where the handle is.
 
-        It is believed if the values in it have been computed from the changed sources. What comes from the old ones was
-        under way; if nothing else comes for long, the change has not moved this thing, or was changed again.
+        It is believed if the values in it have been computed from the changed sources. A message from the old values
+        was under way; if no other comes for long, the change has not moved this thing, or was changed again.
         """
         if self._request is not None:
             self._is_shown = self._is_shown or _shows(handle, self._request)

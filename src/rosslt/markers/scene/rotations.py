@@ -20,7 +20,7 @@ def rings_of(orientation: Sequence[Any], rank_of: Optional[RankOf] = None) -> Tu
 
     Args:
         orientation: x, y, z and w, tracked or not.
-        rank_of: as of `Handle.motions`.
+        rank_of: as in `Handle.motions`.
     """
     by_source = _spins(orientation)
     if rank_of is not None:

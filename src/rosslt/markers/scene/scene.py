@@ -203,7 +203,7 @@ class Scene:
                 self._delete(topic, things, key)
 
     def _take_other(self, topic: str, message: genpy.Message, publisher: str) -> Optional[str]:
-        """Follow a message that is no marker; what is wrong with it, or None."""
+        """Follow a message that is not a marker; what is wrong with it, or None."""
         kind = kind_of(type(message))
         if kind is None:
             return None

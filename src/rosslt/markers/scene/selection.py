@@ -26,7 +26,7 @@ class Selection:
 
     @property
     def rule(self) -> 'Rule':
-        """All that decides of handles, but for the other handles of their things."""
+        """All that decides which handles are drawn, except the other handles of their things."""
         return Rule(self.shows_all, self.things, len(self._things) <= FEW)
 
     def put(self, handle: Handle, motions: Motions) -> List[str]:
@@ -37,7 +37,7 @@ class Selection:
         return [name for name in parts if name != handle.name] if _outermost(parts) != before else []
 
     def drop(self, handle: Handle) -> List[str]:
-        """Forget a handle; gives names as of `put`."""
+        """Forget a handle; gives names as in `put`."""
         parts = self._things.get(handle.thing, {})
         before = _outermost(parts)
         parts.pop(handle.name, None)
@@ -48,8 +48,8 @@ class Selection:
     def drawn(self, handle: Handle, motions: Motions) -> Optional[Motions]:
         """The motions that a handle is drawn with; None if it is not drawn.
 
-        Of a thing that is not selected, what it can be grabbed by is drawn: its body alone, or its points if the body
-        cannot be moved; its sizes if it has neither.
+        A thing that is not selected shows only one level of handles: its body, or its points if the body cannot be
+        moved, or its sizes if it has neither.
         """
         if self.is_open(handle):
             return motions
@@ -64,7 +64,7 @@ class Selection:
 
 
 class Rule(NamedTuple):
-    """Attributes: shows_all, things: as of Selection; are_few: whether there are so few things that all show all."""
+    """Attributes: shows_all, things: as in Selection; are_few: whether there are so few things that all show all."""
 
     shows_all: bool
     things: FrozenSet[str]
@@ -79,6 +79,6 @@ class _Part(NamedTuple):
 
 
 def _outermost(parts: Dict[str, _Part]) -> int:
-    """The level of the body if it can be moved, else of points that can; else the lowest one that there is."""
+    """The level of the body if it can be moved, else that of movable points, else the lowest level."""
     grabbed = [part.level for part in parts.values() if part.can_move and part.level < SIZES]
     return min(grabbed or [part.level for part in parts.values()], default=BODY)

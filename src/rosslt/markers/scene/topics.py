@@ -69,7 +69,7 @@ class Watch:
             rospy.rostime.wallsleep(PERIOD)
 
     def _follow(self, graph: Graph) -> None:
-        """Read what is present and to be watched, and nothing else."""
+        """Subscribe to the present topics that are to be watched, and to no others."""
         present = {
             topic: kind
             for topic, kind in graph.types.items()

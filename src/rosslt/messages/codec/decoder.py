@@ -1,7 +1,7 @@
 """Reads provenance that was received: checks it, and puts it onto the fields of its message.
 
-Nothing in it is believed. Its form is checked as a whole before any field is touched; what it says of a field is
-decoded when somebody first asks for that field's provenance.
+Nothing in it is believed. Its form is checked as a whole before any field is touched; the provenance of a field is
+decoded when somebody first asks for it.
 """
 
 import itertools
@@ -84,11 +84,11 @@ def attach(message: Message, data: bytes) -> Optional[Readings]:
 
 
 def make_unknown(message: Message, leaves: Optional[Sequence[int]] = None) -> None:
-    """Have leaves of a message that came without provenance depend on what is not known.
+    """Have leaves of a message that came without provenance depend on `UNKNOWN`.
 
     Args:
         message: as received.
-        leaves: as of `Readings`; by default all but those in arrays of bytes.
+        leaves: as in `Readings`; by default all but those in arrays of bytes.
     """
     arrays: List[LocatedArray] = []
     found = locate(message, (*range(leaf_count(message)), END) if leaves is None else leaves, arrays)

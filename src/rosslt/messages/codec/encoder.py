@@ -70,7 +70,7 @@ def encode(message: Message, full_history: bool = False) -> bytes:
             with more than INSTRUCTION_LIMIT operations is sent without.
 
     Returns:
-        b'' if no leaf is tracked, SAMPLED if one depends on what is not known (`values.UNKNOWN`). A leaf whose
+        b'' if no leaf is tracked, SAMPLED if one depends on `values.UNKNOWN`. A leaf whose
         provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
     """
     return _encoded_within_limit(message, sent_fields(message), full_history)
@@ -101,7 +101,7 @@ def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bo
 def sent_fields(message: Message) -> List[Leaf]:
     """The tracked leaves of a message whose provenance can be sent.
 
-    A message may be larger with each time that it is sent: what is beyond the limit is not looked at.
+    A message may grow each time that it is sent: leaves beyond the limit are not looked at.
     """
     found: List[Leaf] = []
     walkers(message.__class__).collect(message, 0, found, FIELD_LIMIT)
@@ -219,7 +219,8 @@ class _Encoder:
         """Add leaves that are sent as instructions; returns False if the full history of them is too long."""
         instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if any(kind == AFFINE and not rest[1] for kind, *rest in instructions):
-            # A value was received with a provenance that does not make it: what has no other source has none.
+            # A value was received with a provenance that does not make it: it is plain, unless it has a different
+            # source.
             leaves = [leaf for leaf in leaves if sources([leaf[1]])]
             instructions, roots = disassemble(leaf for _, leaf, _ in leaves)
         if are_too_many(instructions):
@@ -304,7 +305,7 @@ class _Encoder:
         tables = self.tables
         sorted_keys = tables.sorted_coefficients()
         numbers = {key: number for number, key in enumerate([None, *itertools.chain(*sorted_keys)], IDENTITY)}
-        # Lists come behind the single ones, of which there are as many as there are by now.
+        # The numbers of lists follow those of the single coefficients, whose count is fixed at this point.
         sources, lists, coefficients = tables.counts()
         fields = [
             (index, sources + origin, 1 + coefficients + slope) if is_list else (index, origin, numbers[slope])

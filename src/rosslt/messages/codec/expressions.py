@@ -198,7 +198,7 @@ class _InstructionReader:
         found = list(map(self._numbers.__getitem__, indices))
         if _NO_NUMBER in found:
             index = indices[found.index(_NO_NUMBER)]
-            raise reader.fail('found an affine part over instruction %d, which is no number of a source', index)
+            raise reader.fail('found an affine part over instruction %d, which is not the number of a source', index)
         for slope in (min(slopes), max(slopes)) if size else ():
             if not 0 < slope < len(tables.coefficients):
                 raise reader.fail('found an affine part with coefficient %d of %d', slope, len(tables.coefficients) - 1)

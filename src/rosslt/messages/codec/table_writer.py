@@ -1,7 +1,7 @@
 """The tables in front of a provenance as they are written: nodes, sources with their values, coefficients, and lists of
 both.
 
-What several fields share stands here once, and the fields name it by its number.
+An entry that several fields share is written once, and the fields refer to it by number.
 """
 
 import math
@@ -64,7 +64,7 @@ def _key(value: Scalar) -> Any:
 
 
 class TableWriter:
-    """Collects what the fields of one message need, and gives it numbers.
+    """Collects the sources, lists and coefficients of the fields of one message, and numbers them.
 
     The numbers of coefficients are known last, since they are sorted by how they are written; until then a coefficient
     has a key.
@@ -85,7 +85,7 @@ class TableWriter:
         if source == UNKNOWN:
             raise Unknown
         if not isinstance(source.location_id, int):
-            raise Unencodable('its location id %r is no integer' % (source.location_id,))
+            raise Unencodable('its location id %r is not an integer' % (source.location_id,))
         if not 0 <= source.location_id < 1 << 48:
             raise Unencodable('its location id %d is not of 48 bits' % source.location_id)
         if len(self._sources) == TABLE_LIMIT:

@@ -1,7 +1,7 @@
 """A change of sources, from its first request to its end: requested, in force, shown by messages, or taken back.
 
 A drag and a force ask for a source again and again until all is as wanted; that is one change, which is taken back as
-one. Here stands what it has changed so far, and the one judgement of whether a message shows it.
+one. It holds the changes made so far, and is the one judge of whether a message shows them.
 """
 
 import enum
@@ -31,7 +31,7 @@ class ChangeRequest:
 
     Args:
         timeout: how long to wait for the answers of owners, in seconds.
-        asker: who asks; by default this node.
+        asker: the requester; by default this node.
 
     Attributes:
         id: goes with all its steps, which are one change in the histories of the owners.
@@ -54,8 +54,8 @@ class ChangeRequest:
             {Source: Change(old, new)} of this step.
 
         Raises:
-            ChangeRejected, SourceUnreachable: as of `request_values`. What nodes have kept nevertheless belongs to the
-                change.
+            ChangeRejected, SourceUnreachable: as in `request_values`. Changes that nodes have kept nevertheless belong
+                to the request.
         """
         self.requested = time.monotonic()
         self.began = min(self.began, self.requested)
@@ -105,8 +105,8 @@ class ChangeRequest:
         return Shown.OLD if is_old else Shown.OTHER
 
     def lost(self) -> Dict[Source, messages.Scalar]:
-        """{Source: its value} of those that have no longer what they were given: an owner, or somebody else, has
-        changed them since.
+        """{Source: its value} of those that no longer have the requested value: an owner, or somebody else, has changed
+        them since.
 
         Raises:
             SourceUnreachable: an owner does not answer.

@@ -120,11 +120,11 @@ class ChangeRejected(_RequestFailed):
 def request_values(
     wanted: Mapping[values.Source, Scalar], timeout: float = 1.0, request_id: str = '', asker: Optional[Asker] = None
 ) -> Dict[values.Source, Change]:
-    """Have the owners of sources give them new values, all or none: what every change ends in.
+    """Have the owners of sources give them new values, all or none: every change ends in this call.
 
     Args:
         wanted: {Source: new value}.
-        timeout, request_id: as of `force_value`.
+        timeout, request_id: as in `force_value`.
         asker: who asks; by default this node.
 
     Returns, Raises:
@@ -185,10 +185,10 @@ def force_value(
         {Source: Change(old, new)}, with the values that the owners say they had and have now.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; nothing was requested.
+        NotTracked, NotInvertible: as in `solve`; nothing was requested.
         ChangeRejected: an owner refuses.
         SourceUnreachable: an owner does not answer within the timeout.
-            Of both, `changed` says what could not be taken back in other nodes; it is empty but for rare cases.
+            In both exceptions, `changed` says what could not be taken back in other nodes; it is rarely anything.
         rospy.ROSException: `init_node` has not been called.
     """
     asker, deadline = started('force_value'), time.monotonic() + timeout
@@ -212,7 +212,7 @@ def solved(
         solve: called with the limits, as arguments of `values.solve`.
 
     Raises:
-        values.NotInvertible: as of `solve`.
+        values.NotInvertible: as in `solve`.
     """
     limits = asker.directory.limits(sources, timeout)
     try:
@@ -244,7 +244,7 @@ def _what_was_done(
     taken_back: Dict[values.Source, Change],
     left: Dict[str, str],
 ) -> str:
-    """The end of an error: what was taken back, and what could not be."""
+    """The end of an error text: the changes that were taken back, and those that could not be."""
     if not taken_back and not left:
         return '; nothing has changed'
     parts = []
@@ -325,7 +325,7 @@ def undo() -> Dict[values.Source, Change]:
 
 class Undone(NamedTuple):
     """The result of taking a request back: what has changed in each node, and the reasons if not all of it was
-    taken back; then nothing has changed, but for what could not be restored."""
+    taken back; then nothing has changed, except what could not be restored."""
 
     changes: Dict[str, List[msg.AppliedChange]]
     reasons: Dict[str, str]
@@ -341,7 +341,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
         timeout: for all together, in seconds.
 
     Returns:
-        What was taken back, and why a node that has a part in it refuses or does not answer.
+        The changes taken back, and the reasons of nodes that took part and now refuse or do not answer.
     """
     parts = dict.fromkeys(nodes, Part())
     outcome = commit(Requester('', Directory()), parts, requester, request_id, time.monotonic() + timeout)

@@ -1,7 +1,7 @@
-"""The closed loop: solve, change, look at what comes, at most so many times.
+"""The closed loop: solve, change, look at the next messages, up to a number of rounds.
 
 An expression says how a node computed a field, not how it will compute it after a change: it may take another branch,
-round, or go on from what it has summed up. So the next messages are looked at; if the field is not what was wanted,
+round, or go on from what it has summed up. So the next messages are looked at; if the field is not at its target,
 the new message's expression is solved, and so on. `forcing` feeds it with the messages of a topic, drags with those of
 the thing that was dropped.
 """
@@ -19,7 +19,7 @@ LOOK = 1.0
 
 
 class ClosedLoop:
-    """Has the sources of a field changed, looks at what comes, and has them changed again.
+    """Has the sources of a field changed, looks at the next messages, and has them changed again.
 
     Args:
         request: what is changed.
@@ -68,7 +68,7 @@ class ClosedLoop:
             self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
 
     def follow(self, solved: Observation) -> None:
-        """Look at what comes: the sources have been changed for an observation."""
+        """Look at the next messages: the sources have been changed for an observation."""
         self.rounds += 1
         self._solved = solved
         self.last, self.seen, self.other, self.old = None, [], [], 0
@@ -95,7 +95,7 @@ class ClosedLoop:
                 self.pass_time()
 
     def pass_time(self) -> None:
-        """Judge what was seen of a change, at `end` if not earlier, and solve that if it is not what was wanted."""
+        """Judge the messages since a change, at `end` if not earlier, and solve again if the target is missed."""
         seen = self.seen or self.other
         if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
             self.is_over = True

@@ -27,10 +27,10 @@ class Committed(NamedTuple):
     """The result of a change of several nodes; all dicts have the names of nodes as keys.
 
     Attributes:
-        changes: what is changed now: everything, or, after a failure, what could not be taken back.
+        changes: the changes in force: all, or, after a failure, those that could not be taken back.
         reasons: why a node refuses, one for each of its locations, '' if it does not.
         silent: why a node does not answer.
-        taken_back: what was changed, and has the former value again.
+        taken_back: the changes that were applied and undone again.
         left: why what a node has changed could not be taken back; of a silent node, that it is not known.
     """
 
@@ -105,7 +105,7 @@ class _Coordinator:
                 self._outcome.silent[node] = '; '.join(answer.reasons)
 
     def _abort(self) -> None:
-        """Have everybody be as before who has prepared or committed a part."""
+        """Have every node that has prepared or committed its part undo it."""
         outcome = self._outcome
         were_silent = set(outcome.silent)
         answers = self._ask(self._prepared, ABORT, ABORT_TIMEOUT, outcome.left)

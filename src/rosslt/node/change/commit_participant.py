@@ -1,7 +1,7 @@
 """Changes of this node's locations: applied at once, or its part in the two-phase commit of several nodes.
 
 A node that takes part says whether it would apply its part, and reserves the locations (phase `prepare`); then the
-requester has all nodes `commit` or `abort`. What is prepared ends by itself. If the requester is not heard of again,
+requester has all nodes `commit` or `abort`. A prepared change ends by itself. If the requester is not heard of again,
 the node asks the others: if one of them has applied its part, this one does as well; while one is applying it, this one
 waits. `commit_coordinator` is the side of the requester.
 """
@@ -21,7 +21,7 @@ from rosslt import srv
 from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import NOTHING_TO_UNDO, Request, applied_change
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused, from_json
 from rosslt.node.locations.location import Change, Location
 from rosslt.node.service_calls import ask_all
@@ -170,7 +170,7 @@ class CommitParticipant:
         return change
 
     def _plan(self, change: _Transaction) -> None:
-        """Find out what is to be changed.
+        """Find out which locations get which values.
 
         Raises:
             Refused: the request cannot be taken back.
@@ -193,12 +193,12 @@ class CommitParticipant:
             change.state = REFUSED
 
     def _apply(self, change: _Transaction) -> None:
-        """Put what is prepared in force."""
+        """Put a prepared change in force."""
         change.state = APPLYING
         try:
             for location, _ in change.wanted:
                 if self._owner.known(location.id) is not location:
-                    raise Refused(f'{location.name} is another one by now')
+                    raise Refused(f'{location.name} was replaced meanwhile; list the locations and try again')
             change.reasons, change.changes = self._owner.apply(
                 change.wanted, change.requester, change.request_id, record=not change.is_undo
             )
@@ -218,7 +218,7 @@ class CommitParticipant:
                 request.undone = True
 
     def _decided(self, change: _Transaction, phase: str) -> List[str]:
-        """Commit or abort what was prepared; returns the reasons why it is not what was decided."""
+        """Commit or abort a prepared change; returns the reasons if this node could not do as decided."""
         if phase != ASK:
             self._free.wait_for(lambda: change.state != APPLYING)
         if change.state == APPLIED and change.made is not None and change.made.undone:
@@ -314,7 +314,7 @@ def _check(request: srv.ChangeSourcesRequest) -> None:
     """Raises rospy.ServiceException if a request makes no sense."""
     problem: Optional[str] = None
     if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK):
-        problem = f'{request.phase!r} is no phase: prepare, commit, abort, state or nothing'
+        problem = f'{request.phase!r} is not a phase: prepare, commit, abort, state or nothing'
     elif len(request.location_ids) != len(request.values):
         problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
     elif len(set(request.location_ids)) < len(request.location_ids):
@@ -338,5 +338,5 @@ def _problem_of_prepare(request: srv.ChangeSourcesRequest) -> Optional[str]:
         return f'{len(request.nodes)} nodes; at most {MOST_NODES} may take part'
     for node in request.nodes:
         if not (node.startswith('/') and rosgraph.names.is_legal_name(node)):
-            return f'{node!r} is no full name of a node'
+            return f'{node!r} is not the full name of a node'
     return None

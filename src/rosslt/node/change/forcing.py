@@ -47,7 +47,7 @@ class Outcome(NamedTuple):
         wanted: the target.
         seen: the field in the last message that was looked at, plain; None if none came.
         is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
-            moves by itself: whether it was solved for the moment it was seen at, and is no further from it than it
+            moves by itself: whether it was solved for the moment it was seen at, and is not further from it than it
             moves by itself.
         moves: whether the field moves after the change.
         rounds: how many times it was solved.
@@ -72,7 +72,7 @@ class Outcome(NamedTuple):
 
 
 class NotReached(values.Error):
-    """A field has not become what was wanted, although its sources have changed.
+    """A field has not reached its target, although its sources have changed.
 
     Attributes:
         outcome: the Outcome: what was changed, what came instead, and why.
@@ -89,7 +89,7 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     """The thing that a message is about, if nodes send several on one topic: what its names are.
 
     Args:
-        path: the field in question, which is no name of it.
+        path: the field in question, whose own text is not part of the thing.
     """
     own = path.strip('/').replace('/', '.')
     return tuple(
@@ -112,7 +112,7 @@ def force_field(
     timeout: float = 5.0,
     keep_anyway: bool = False,
 ) -> Outcome:
-    """Have a field of a topic become a target, and see that it has.
+    """Bring a field of a topic to a target, and check in messages that it is there.
 
     Looks at two messages, which tell whether the field moves by itself, solves for the later one, has the owners change
     its sources, and looks at the messages that the same publisher sends then. If the field is not as wanted, because
@@ -120,7 +120,7 @@ def force_field(
     a relative 1e-9) or comes no nearer (then a relative 1e-6 is enough).
 
     Args:
-        topic: as of `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
+        topic: as in `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
         field: `pose/position/x`, `points[3].x`; '' for the whole message.
         target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
         source: change this Source alone.
@@ -136,7 +136,7 @@ def force_field(
     Raises:
         NotTracked, NotInvertible: there is no answer to begin with, or a joint would go beyond its limits in
             `robot_description`; nothing was requested.
-        ChangeRejected, SourceUnreachable: as of `force_value`.
+        ChangeRejected, SourceUnreachable: as in `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
         ValueError: the topic's messages have no such field, it cannot hold the target (400 in a `uint8`), or both
@@ -182,8 +182,8 @@ class Forcing:
         """Begin with a message.
 
         Raises:
-            values.NotTracked, values.NotInvertible: as of `force_field`; nothing was requested.
-            ChangeRejected, SourceUnreachable: as of `force_value`, in the first round.
+            values.NotTracked, values.NotInvertible: as in `force_field`; nothing was requested.
+            ChangeRejected, SourceUnreachable: as in `force_value`, in the first round.
             NotReached: no message has the wanted value.
             ValueError: the message has no such field, or that cannot hold what is wanted.
         """
@@ -242,7 +242,7 @@ class Forcing:
         return None
 
     def _change(self, observation: Observation) -> bool:
-        """Have the sources become what an observation needs; False if they are that already."""
+        """Give the sources the values that an observation needs; False if they have them already."""
         part, present = observation.part, observation.expression.readings
         try:
             answer = solved(
@@ -284,7 +284,7 @@ class Forcing:
         return is_goal and observation is not None and not changed & set(observation.expression.sources)
 
     def _is_kept(self) -> bool:
-        """Return whether owners still have what they were given: one may have clamped it after a message or two."""
+        """Return whether owners still have the requested values: one may clamp its value after a message or two."""
         try:
             lost = [self._became(source, now) for source, now in self._request.lost().items()]
         except SourceUnreachable:
@@ -370,7 +370,7 @@ class Forcing:
 
 
 def _differing(part: object, other: object) -> str:
-    """The leaves of a part of a message that differ from those of another one, in one line."""
+    """The leaves in which two parts of messages differ, in one line."""
     others = dict(values.leaves(other))
     found = []
     for path, leaf in values.leaves(part):

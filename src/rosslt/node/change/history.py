@@ -58,7 +58,7 @@ class History:
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
         self._earlier: Optional[Request] = None
-        # What it has changed in an earlier run, and was not looked for yet: {name: (id, value before, value after)}.
+        # Its changes in an earlier run whose locations were not looked up yet: {name: (id, value before, value after)}.
         self._unclaimed: Dict[str, Tuple[int, Scalar, Scalar]] = {}
 
     def begin(self, text: Any) -> None:
@@ -74,7 +74,7 @@ class History:
         self._requests.appendleft(self._earlier)
 
     def claim(self, location: Location, value: Scalar) -> None:
-        """Have what an earlier run has changed of a location be taken back, too, if it has that value still."""
+        """Make the change that an earlier run made to a location undoable, if the location still has that value."""
         location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
         if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
             self._earlier.changes[location] = old, new
@@ -140,7 +140,7 @@ class History:
 
         Args:
             request_id: '' for the last request that has not been taken back.
-            present: the locations that there are, by id; what was changed in others cannot be taken back.
+            present: the existing locations, by id; changes of other locations cannot be taken back.
 
         Returns:
             (the requests, {Location: value that it gets again}); both empty if there is nothing to take back.

@@ -33,7 +33,7 @@ def taking_part(
 ) -> Tuple[Dict[str, List[msg.RecordedChange]], Dict[str, str]]:
     """Like `histories`, but without nodes that have ended, which have nothing to take back.
 
-    If another one is silent, what it has changed is not known: nothing is to be taken back.
+    If a running node is silent, it is not known what that node has changed: nothing is to be taken back.
     """
     found, silent = histories(nodes, request_id, timeout)
     return found, {name: reason for name, reason in silent.items() if not has_ended(reason)}
@@ -51,7 +51,7 @@ def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.Reco
 
 
 def values_in_code(places: Iterable[Place]) -> Dict[values.Source, Scalar]:
-    """{Source: what the code says} of those locations whose value is another one."""
+    """{Source: the value in the code} of those locations whose present value differs."""
     return {
         place.source: from_json(place.location.literal)
         for place in places

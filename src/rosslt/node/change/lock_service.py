@@ -6,7 +6,7 @@ import rospy
 
 from rosslt import srv
 from rosslt.node.change.locks import LOCKS, WHOLE, Lock
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import Location
 from rosslt.node.parameters.mirror import Parameters
@@ -36,7 +36,7 @@ class Locking:
     def lock_locations(self, request: srv.LockLocationsRequest) -> srv.LockLocationsResponse:
         """Lock or unlock locations, all or none, and say what is locked then."""
         if request.action not in (LOCK, UNLOCK, ASK):
-            raise rospy.ServiceException(f'{request.action!r} is no action: lock, unlock or nothing')
+            raise rospy.ServiceException(f'{request.action!r} is not an action: lock, unlock or nothing')
         owner = self._owner
         with owner.lock:
             if request.action != ASK:
@@ -60,7 +60,7 @@ class Locking:
             locations = [owner.known(one) for one in request.location_ids]
             if request.action == LOCK:
                 as_sent([request.who, request.reason])
-                # what is under way is over when it is said that no change is taken any more
+                # changes under way end before the lock is confirmed
                 self._wait_for_reserved(locations or owner.locations.by_id.values())
         except Refused as refused:
             raise rospy.ServiceException(str(refused)) from None

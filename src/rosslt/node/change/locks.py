@@ -90,7 +90,7 @@ class Access:
 
     def _set_locks(self, rows: object) -> None:
         if not isinstance(rows, list) or not all(_is_list_of(row, str) and len(row) == 3 for row in rows):
-            raise Refused(f'{rows!r} is no list of locks, [[LOCATION, WHO, WHY], ...]')
+            raise Refused(f'{rows!r} is not a list of locks, [[LOCATION, WHO, WHY], ...]')
         self.locks = {name: Lock(who, reason) for name, who, reason in rows}
 
 

@@ -50,7 +50,7 @@ class Observation(NamedTuple):
         expression: how it was computed.
         distance: how far it is from the target.
         is_reached: whether it is the target.
-        is_near: whether it is the target but for NEAR.
+        is_near: whether it is within NEAR of the target.
     """
 
     number: int
@@ -68,7 +68,7 @@ def observe(
     """The Observation of a part of a message that has just come.
 
     Args:
-        part, wanted, type_: as of `messages.is_reached`.
+        part, wanted, type_: as in `messages.is_reached`.
         number: of the message.
         is_reached: whether it is the target, if that is judged in another way.
     """

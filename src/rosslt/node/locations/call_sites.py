@@ -81,10 +81,10 @@ def name_of(site: CallSite, key: object) -> str:
 
 
 def word_of(key: Any) -> str:
-    """A key as a word of a ROS name, another one for each key.
+    """A key as a word of a ROS name, different for each key.
 
     Whole numbers from 0 on and Python names stay as they are; anything else gets digits that stand for its type and its
-    `str()`. Truth values are no whole numbers here.
+    `str()`. Truth values are not whole numbers here.
     """
     if type(key) is str and key.isascii() and key.isidentifier() and not _ENDS_IN_DIGITS(key):
         return key
@@ -145,7 +145,7 @@ class _Module:
     Attributes:
         tree: its syntax tree.
         calls: in the order in which `ast.walk` meets them.
-        by_end: the same calls by their end, which is another one for each.
+        by_end: the same calls by their end, which is different for each.
     """
 
     def __init__(self, text: str) -> None:
@@ -186,7 +186,7 @@ def _parsed(text: str) -> Optional[_Module]:
 
 
 def _position(frame: FrameType) -> Optional[Tuple[int, int, Tuple[int, int]]]:
-    """Line, column and end of what a frame is at, as Python 3.11 knows it; columns count bytes from 0."""
+    """Line, column and end of a frame's present expression, as Python 3.11 knows it; columns count bytes from 0."""
     positions = getattr(frame.f_code, 'co_positions', None)
     if positions is None:
         return None
@@ -260,7 +260,7 @@ def _line_at(code: CodeType, offset: int) -> int:
 
 
 def _surroundings(tree: ast.AST) -> Dict[ast.AST, Tuple[str, str]]:
-    """{part of a syntax tree: the function around it, and what it is set to}, as of the CallSite."""
+    """{part of a syntax tree: (function around it, variable that it is assigned to)}, as in the CallSite."""
     found: Dict[ast.AST, Tuple[str, str]] = {}
     waiting = [(tree, '', '')]
     unpacked: Dict[ast.AST, str] = {}  # {a value in `x, y = 1, 2`: its variable}

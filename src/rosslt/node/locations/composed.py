@@ -61,8 +61,7 @@ def readable(literal: object, leaf: _Leaf) -> Readable:
 
 
 def _reader(literal: object, path: Tuple[str, ...], leaf: _Leaf) -> _Read:
-    """The function that reads a literal: a scalar's location, or a new container of what its parts' readers
-    give."""
+    """The function that reads a literal: a scalar's location, or a new container with the readings of its parts."""
     plain = values.plain_scalar(literal)
     if plain is not None:
         location = leaf(plain, path)

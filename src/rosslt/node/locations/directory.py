@@ -1,7 +1,7 @@
 """The directory of sources, those of this node and of others: the only cache of their owners' answers.
 
-The owner of a source has the last word on every change. Knowing beforehand where a source is, what it is called and
-what it takes lets errors and menus name it, and lets `solve` choose another one or say which bound stands in the way.
+The owner of a source has the last word on every change. If it is known beforehand where a source is, what it is called
+and which values it accepts, errors and menus can name it, and `solve` can choose a different source or name the bound.
 
 Owners are asked by `learn`, `limits` and `ask`, which block, and by `look_up` in a thread of its own. All other methods
 answer from what is known, so that they can be called from anywhere, also while locks are held.
@@ -228,7 +228,7 @@ class Directory:
         Args:
             nodes: their full names.
             timeout: how long to wait for their answers, in seconds.
-            makes_known: those, too, that have not been known so far, as they give a formula its shape.
+            makes_known: also those that are not known yet because they give a formula its shape.
 
         Returns:
             ({node: [Place, ...]}, {node: why it does not answer}).
@@ -306,6 +306,6 @@ class Directory:
 
 
 def _is_news(known: Optional[Place], told: Place) -> bool:
-    """True if an owner says anything new of a location, but for its value."""
+    """True if an owner says anything new of a location, other than its value."""
     fields = [field for field in msg.Location.__slots__ if field != 'value']
     return known is None or any(getattr(known.location, field) != getattr(told.location, field) for field in fields)

@@ -90,7 +90,7 @@ def _scalar(value: Scalar) -> Scalar:
     """A value that a getter gives, without provenance.
 
     Raises:
-        TypeError: it is no scalar.
+        TypeError: it is not a scalar.
     """
     plain = values.plain_scalar(value)
     if plain is None:

@@ -1,10 +1,10 @@
-"""Identifies numbers in a program's text, so that what was said of one never reaches another one after an edit.
+"""Identifies numbers in a program's text, so that after an edit, a remembered value never reaches the wrong one.
 
 A number is identified by the function and the line that it stands in. Numbers that are locations themselves may be
 edited and saved, so they do not count; all others of the statement do: `servo(3, location(0.5))` and
-`servo(4, location(0.5))` are two servos. Lines of a function that are equal but for such numbers are identified by all
-that their statements say besides the number itself, and by the conditions and loops around them. After an edit of these
-nobody can say which line is which, and their old identities are unknown.
+`servo(4, location(0.5))` are two servos. Lines of a function that are equal except for such numbers are identified by
+the rest of their statements, and by the conditions and loops around them. After an edit of these nobody can say which
+line is which, and their old identities are unknown.
 """
 
 import ast
@@ -21,7 +21,7 @@ from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 _Position = Tuple[int, int]
 """A line, counted from 1, and a column in bytes, from 0, as a syntax tree gives them."""
 
-#: Tokens that say nothing of what a line computes.
+#: Tokens without meaning for the computation of a line.
 _LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
 _COMPOUND = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.AsyncFor, ast.AsyncWith)
 

@@ -27,7 +27,7 @@ class Location:
         id: 48 bits, the same after a restart.
         name: below `<node>/rosslt/`; a full name if it is a parameter elsewhere.
         is_named: False if the code gives no name, and the name is made of file and line.
-        literal: the value in the code, None if that is no literal.
+        literal: the value in the code, None if that is not a literal.
         site: the CallSite that created it.
         source: the location as a Source.
         type: `float`, `int`, `str` or `bool`.
@@ -132,7 +132,7 @@ class Location:
         self.source = values.Source(node, self.id)
 
     def checked(self, value: object) -> Scalar:
-        """`value` as this location takes it.
+        """Convert a value to the type of this location, after checking it.
 
         Raises:
             Refused: it is of another type, not finite, or out of bounds.
@@ -141,7 +141,7 @@ class Location:
         # A float takes an int, and an int a float without a fraction, as YAML and JSON write them alike.
         if self.type in (float, int) and type(value) is int:
             try:
-                as_float = float(value)  # an int, too: most of what is computed with one are floats
+                as_float = float(value)  # also for an int: most results of arithmetic with it are floats
             except OverflowError:
                 raise Refused(f'{value!r} is too large for a float') from None
             value = as_float if self.type is float else value
@@ -203,7 +203,7 @@ def put_in_force(pairs: Sequence[Tuple[Location, Scalar]]) -> None:
     """Make values those in force, as `Location.put`, and have the memory of the node follow them, at one moment.
 
     Raises:
-        Refused: what the node keeps would have no value; nothing has changed.
+        Refused: a value that the node keeps could not be computed; nothing has changed.
     """
     following = MEMORY.following(
         {
@@ -242,7 +242,7 @@ class HeldLocation(Location):
         return self._value
 
     def is_other(self, value: Scalar) -> bool:
-        """Return whether a value is another one than that in force, or of another type."""
+        """Return whether a value differs from the one in force, or has a different type."""
         return type(value) is not type(self._value) or bool(value != self._value)
 
     def read_in_round(self) -> None:
@@ -304,8 +304,8 @@ class ParameterLocation(HeldLocation):
 
     Attributes:
         unsaved: why its value cannot be written into the default in the code; '' if it can.
-        staying: readings that the node may compare with what it reads again in its rounds. They stay; what it has
-            computed of them follows.
+        staying: readings that the node may compare with later readings in its rounds. They stay; results of them
+            follow.
     """
 
     __slots__ = ('unsaved', '_defaults', 'staying')
@@ -335,7 +335,7 @@ class ParameterLocation(HeldLocation):
         before = self.tracked
         super().put(value)
         if before is not None and self.type is float and values.plain_scalar(before) == value:
-            # What was read as an int is still that number, and takes fractions from now on.
+            # Readings as an int keep their number, and take fractions from now on.
             values.remake(before, values.widened(self.tracked))
 
 
@@ -356,7 +356,7 @@ class Locations:
     Attributes:
         node: the full name of this node, '' until it is known.
         by_id: {id: Location}, in the order of their creation.
-        by_call: {(id of the code, offset in it, name, key): Readable} of the calls that were made, as of `at_call`.
+        by_call: {(id of the code, offset in it, name, key): Readable} of the calls that were made, as in `at_call`.
         lock: CHANGE_LOCK.
     """
 

@@ -50,7 +50,7 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
 
 
 def tell_saved(node: str, timeout: float) -> None:
-    """Have a node look at what was just written into its files, so that whatever is written from now on is an edit."""
+    """Have a node read its files just after a save, so that any later writing counts as an edit."""
     ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
 
 
@@ -113,7 +113,7 @@ def _in_parameter_files(
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
-            # What was changed back may have been saved in between, by an earlier run of the node, too.
+            # A value that was changed back may have been saved in between, also by an earlier run of the node.
             said = [origin['said'], *filter(files.is_scalar, values), *origin.get('offered', ())]
             by_file.setdefault(origin['file'], []).append((place, {**origin, 'said': said}))
     edits: List[files.Edit] = []
@@ -133,8 +133,8 @@ def _in_parameter_files(
 
 
 def _offer(origins: Any, places: List[Place]) -> None:
-    """Note what is about to be written beside where it stands: the node may be started again, and its history is gone
-    then, or be changed back to what the file said at first."""
+    """Note the values about to be written beside the place of their parameters: the node may be started again, without
+    its history, or be changed back to the value that the file had at first."""
     for place in places:
         offered = origins[place.location.name].setdefault('offered', [])
         if not any(files.equal(place.value, one) for one in offered):
@@ -165,8 +165,8 @@ def _why_not(place: Place, origin: Any) -> str:
 
 
 def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
-    """Why what says a parameter must not be written, as it says another one, too, which has another value; '' if
-    it may. Launch files are included several times, and YAML files loaded in several namespaces."""
+    """Why the place that sets a parameter must not be written: it also sets a parameter with a different value; ''
+    if it may. Launch files are included several times, and YAML files loaded in several namespaces."""
     own = _where(origins[place.location.name])
     others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
     if not others:

@@ -18,7 +18,7 @@ class SourceFiles:
     def __init__(self) -> None:
         self._contents: Dict[str, bytes] = {}
         self._originals: Dict[str, files.SourceText] = {}
-        # What was offered to be written: if the file says it, it is no edit of somebody else.
+        # Values that were about to be written: if the file has one of them, nobody else has edited it.
         self._offered: Dict[Location, Set[Any]] = {}
         self._offered_digests: Set[str] = set()
 

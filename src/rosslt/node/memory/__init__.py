@@ -1,1 +1,1 @@
-"""What a node keeps in its own memory of its locations' values, and when a change goes there."""
+"""The values in a node's memory that were computed from its locations, and how a change reaches them."""

@@ -1,4 +1,4 @@
-"""Latched messages: one that was published is published again when a change has reached what is in it."""
+"""Latched messages: each is published again when a change has reached its fields."""
 
 import threading
 import weakref

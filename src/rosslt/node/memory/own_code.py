@@ -1,6 +1,6 @@
 """Which modules are the node's own: its main module, and those of its author.
 
-Nobody's own are the standard library, what is installed by Debian, pip or ROS, and rosslt itself.
+The standard library, packages installed by Debian, pip or ROS, and rosslt itself are nobody's own.
 """
 
 import os

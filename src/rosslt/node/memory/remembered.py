@@ -1,6 +1,6 @@
 """The memory of this node: what it set up before its first round follows the locations that it was made of.
 
-A node reads a number once and keeps it, or what it computed of it: in an attribute, a global, a list, a message, a
+A node reads a number once and keeps it, or a result of it: in an attribute, a global, a list, a message, a
 closure, a default argument, a local variable of a running function. What these slots hold when the first round begins
 is the node's *configuration*. At a change, each slot that still holds the very same object gets the value that its
 expression has now. A slot that holds another object has become part of the node's *state*, which goes on as it is.
@@ -24,7 +24,7 @@ from rosslt.values import Source
 
 
 class Following(NamedTuple):
-    """What slots get at a change.
+    """The new values of slots at a change.
 
     Attributes:
         slots: `(slot, its other value)` of those that depend on what changes.
@@ -87,7 +87,7 @@ class Memory:
         return [slot for slot in found.values() if slot.owner() is not None]
 
     def keeps(self, source: Source) -> bool:
-        """Return whether a slot or array still holds what was made of a source."""
+        """Return whether a slot or array still holds a result of a source."""
         with self._lock:
             self._forget_what_has_ended()
             return any(source in values.sources(_held(slot)) for slot in self._depending({source})) or any(
@@ -96,7 +96,7 @@ class Memory:
             )
 
     def following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
-        """What the configuration becomes of other values of its sources.
+        """Compute the configuration for other values of its sources.
 
         Raises:
             Refused: a part of it has no value then.
@@ -165,7 +165,7 @@ def _unwritten(array: Any, noted: Any) -> List[Tuple[Tuple[int, ...], Any]]:
 
 
 def _gone() -> None:
-    """Instead of what gives the owner of a slot that the node has set since."""
+    """Stands for the owner of a slot that the node has set since."""
 
 
 MEMORY = Memory()
@@ -250,7 +250,7 @@ def _alike(before: object, value: object) -> Any:
 
 
 def _rebuilt(held: Sequence[Any], others: Dict[int, Any]) -> List[Any]:
-    """Numbers, and tuples with other numbers in them; the same objects if nothing in them is another one.
+    """Numbers, and tuples with other numbers in them; the same objects if nothing in them has changed.
 
     Args:
         held: the numbers and tuples as they were.

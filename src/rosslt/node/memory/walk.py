@@ -19,7 +19,7 @@ import genpy
 from rosslt import values
 from rosslt.node.memory.own_code import is_own_module
 
-#: What gives an owner, as of `values.exchange`; None if it is gone.
+#: What gives an owner, as in `values.exchange`; None if it is gone.
 Reference = Callable[[], Any]
 _Look = Callable[[Any], None]
 
@@ -40,7 +40,7 @@ class Slot:
 
     Attributes:
         owner: gives its owner.
-        key: as of `values.exchange`.
+        key: as in `values.exchange`.
         value: the number, or the tuple with some in it; for a list or deque, a tuple of those of its elements.
     """
 
@@ -252,7 +252,7 @@ class Walk:
             self.slots += [Slot(reference, key, value) for key, value in noted]
 
     def _noted(self, items: Iterable[Tuple[object, object]]) -> List[Tuple[Any, Any]]:
-        """The items that are tracked; what may hold others is looked into later."""
+        """The tracked items; containers among the items are searched later."""
         noted = []
         for key, value in items:
             kind = type(value)
@@ -324,7 +324,7 @@ def numbers_in(held: Iterable[Any]) -> List[Any]:
 def running() -> Iterator[types.FrameType]:
     """The frames of the node's own functions that are running, without those of callbacks.
 
-    What rospy or another package calls in a thread is a round of its own. In the main thread, all count.
+    A function that rospy or another package calls in a thread is a round of its own. In the main thread, all count.
     """
     main = threading.main_thread().ident
     for thread, frame in list(sys._current_frames().items()):

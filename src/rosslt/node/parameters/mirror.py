@@ -16,7 +16,7 @@ import rospy
 
 from rosslt.messages import Scalar
 from rosslt.node.change.locks import LOCKS
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.location import LiteralLocation, Location, put_in_force
 from rosslt.node.no_master import NO_MASTER
@@ -49,8 +49,8 @@ class Parameters:
 
     `<node>/rosslt/<name>` shows the value of a literal, as JSON if no parameter can hold it. Beside it,
     `<node>/rosslt_records/<name>` keeps the literal that stood in the code, the id of its location, and the value, as
-    JSON. If the code says another literal at the next start, or another location has the name, what an earlier run
-    left is void.
+    JSON. If the code says another literal at the next start, or another location has the name, the value that an
+    earlier run left is void.
 
     Args:
         owner: this node as the owner of locations.
@@ -82,7 +82,7 @@ class Parameters:
         self._records: Tree = {}
 
     def start(self, node: str) -> None:
-        """Begin, once this process is a node: read what an earlier run left.
+        """Begin, once this process is a node: read the values that an earlier run left.
 
         Args:
             node: the full name of this node; all below its `rosslt` namespace is listened to.
@@ -102,7 +102,7 @@ class Parameters:
         return part_of(self._own, name)
 
     def take_over(self, locations: Sequence[LiteralLocation]) -> None:
-        """Have literals that the node has read begin with what their parameters already say, if that still holds."""
+        """Start literals that the node has read with the values of their parameters, if these are still valid."""
         kept = [(location, self._kept(location)) for location in locations]
         pairs = [(location, value) for location, value in kept if value is not None]
         try:
@@ -124,7 +124,7 @@ class Parameters:
             self._note_taken_over(location)
 
     def _kept(self, location: LiteralLocation) -> Optional[Scalar]:
-        """What the parameter of a literal says; None if it says nothing, or nothing that holds any more."""
+        """The value of the parameter of a literal; None if it is not set or void."""
         value = part_of(self._own, location.name)
         if value is None:
             return None
@@ -135,7 +135,7 @@ class Parameters:
         said, location_id, kept = record if len(record) == 3 else (location.literal, location.id, value)
         if is_sent_alike(value, as_shown(kept)):
             value = kept
-        # What says an int if a float is meant was taken for a float where it was edited in the running node.
+        # A literal edited from 1.0 to 1 in the running node was taken as the float 1.0; it is compared as a float.
         literal = float(location.literal) if type(said) is location.type is float else location.literal
         why = ''
         if location_id != location.id:
@@ -198,7 +198,7 @@ class Parameters:
             self.write(location)
 
     def renew(self) -> None:
-        """Show the values of literals, and the locks, to a new master, and hear of what is set there."""
+        """Show the values of literals, and the locks, to a new master, and subscribe to its parameters."""
         self.server.subscribe_again()
         self.last_request = ''
         self.write(*self._shown, *([LOCKS] if self._owner.access.locks else []))
@@ -296,7 +296,7 @@ class Parameters:
         self._learn(key)
 
     def _take(self, location: LiteralLocation) -> None:
-        """Put in force what the parameter of a literal says."""
+        """Put the parameter of a literal in force."""
         value = part_of(self._own, location.name)
         with self._wake:
             is_overtaken = location in self._unwritten
@@ -313,7 +313,7 @@ class Parameters:
 
 
 def read_record(text: Tree) -> List[Tree]:
-    """The content of a record; nothing if it is none."""
+    """The content of a record; nothing if it is malformed."""
     try:
         record = json.loads(str(text))
     except (TypeError, ValueError, RecursionError):

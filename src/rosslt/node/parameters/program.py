@@ -33,10 +33,10 @@ def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maxi
     """Have a number that was read as a parameter follow a server of this node that keeps it.
 
     Args:
-        number: what was read.
+        number: the reading.
         changed: called when it has changed.
         minimum, maximum: the bounds of the server, infinite if there are none.
-        unsaved: why the default in the code is not what it starts from.
+        unsaved: why the default in the code is not the start value, so that saving it has no effect.
     """
     owner = started('get_param')
     with owner.lock:
@@ -50,5 +50,5 @@ def serve_parameter(number: Any, changed: Callable[[], None], minimum: Any, maxi
 
 
 def parameter_was_set(name: str) -> None:
-    """Have a parameter that this process has just set or deleted be read as it is now."""
+    """Update the readings of a parameter that this process has just set or deleted."""
     started('set_param').read_parameters.learn(rospy.resolve_name(name).rstrip('/') or '/')

@@ -1,4 +1,4 @@
-"""Other nodes that read a parameter as a source: they may refuse its change, and would set it back.
+"""Other nodes that read a parameter as a source: they may refuse a change of it, and would then set it back.
 
 Their locks and accepted requesters are parameters. So whoever is to change a parameter finds them at the master,
 without asking nodes that refuse nothing.
@@ -62,6 +62,6 @@ def _settings_of_others(server: ParameterServer, own_name: str) -> Dict[str, Acc
                 found[node] = Access()
                 found[node].start(node)
             value = server.get(key)
-            with contextlib.suppress(Refused):  # what is no list of locks locks nothing there either
+            with contextlib.suppress(Refused):  # what is not a list of locks locks nothing there either
                 found[node].set(setting, {} if value is None else value)
     return found

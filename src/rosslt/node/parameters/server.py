@@ -76,7 +76,7 @@ class ParameterServer:
             self.subscribe(key)
 
     def _end(self) -> None:
-        """End all subscriptions: the master keeps them for ever."""
+        """Unsubscribe; otherwise the master keeps the subscriptions."""
         with contextlib.suppress(*NO_MASTER):
             master = rosgraph.Master(self._name)
             for key in list(self._heard):

@@ -16,7 +16,7 @@ import rospy
 
 from rosslt import files, values
 from rosslt.messages import Scalar
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.location import Change, ParameterLocation, put_in_force
@@ -61,7 +61,7 @@ class ReadParameters:
         Args:
             key: its full name.
             where: the call that asks for it.
-            default, as_float: as of `rosslt.get_param`.
+            default, as_float: as in `rosslt.get_param`.
 
         Raises:
             KeyError: the parameter is not set, and there is no default.
@@ -157,7 +157,7 @@ class ReadParameters:
                 self._take_in(part, self._parameters.read(part))
 
     def follow(self, is_new_master: bool = False) -> None:
-        """Follow what has been read at a master that does not know of it; a new one is told what it lacks."""
+        """Subscribe to the parameters that were read, at a new master as well, and set those that it lacks."""
         with self._owner.lock:
             for key in list(self._asked):
                 self._parameters.server.subscribe(key)
@@ -168,7 +168,7 @@ class ReadParameters:
                 self.learn(key)
 
     def _take_in(self, key: str, value: Tree) -> None:
-        """Put in force what the master says of a parameter, None if it is not set. The lock is held."""
+        """Put the master's value of a parameter in force, None if it is not set. The lock is held."""
         known = with_part(self._known, key, value)
         said = self._scalars(known)
         try:
@@ -198,7 +198,7 @@ class ReadParameters:
         return bool(location.value != self._said.get(location.name))
 
     def _renew(self, known: Tree) -> None:
-        """Have the locations be those of what the master says now, and of the defaults. The lock is held."""
+        """Make the locations match the parameters at the master, and the defaults. The lock is held."""
         unwritten = {name for name, location in self._present.items() if self._is_unwritten(location)}
         self._known, self._said = known, self._scalars(known)
         for name in [name for name in self._present if name not in self._said]:
@@ -219,7 +219,7 @@ class ReadParameters:
                 self._owner.publish_locations()
 
     def _add(self, name: str, value: Scalar) -> None:
-        """Have a location for a scalar, a new one or that which was there before."""
+        """Return a location for a scalar, a new one or the former one."""
         location = self._made.get(name)
         if location is None:
             site = next(site for key, site in self._asked.items() if is_within(name, key))
@@ -230,7 +230,7 @@ class ReadParameters:
         try:
             self._owner.locations.add(location)
         except ValueError as error:
-            rospy.logwarn('the parameter %s is no source: %s', name, error)
+            rospy.logwarn('the parameter %s is not a source: %s', name, error)
         else:
             self._present[name] = location
 
@@ -285,8 +285,8 @@ class ReadParameters:
         return next(unset, '') or _unit(self._known, name)
 
     def _write(self, key: str) -> None:
-        """Set a parameter to what is in force. If another process has set it since it was read, what that one has
-        changed is taken in, and written again together with what has changed here."""
+        """Set a parameter to the values in force. If another process has set it since it was read, the changes of that
+        process are taken in, and written again together with those made here."""
         expected = part_of(self._known, key)
         while True:
             with self._owner.lock:
@@ -307,7 +307,7 @@ class ReadParameters:
 
 
 def _put(changes: Sequence[Change]) -> None:
-    """Put in force what the master says. It is in force there: what the node keeps of it stays if it has no value."""
+    """Put the master's values in force. Results in the node's memory that cannot be computed from them stay."""
     try:
         put_in_force([(location, new) for location, _, new in changes])
     except Refused as refused:
@@ -327,7 +327,7 @@ def _unit(tree: Tree, name: str) -> str:
 
 
 def _lacking(key: str, value: Tree, stands: Tree) -> Iterator[Tuple[str, Tree]]:
-    """The parameters of a tree that another one has not: (full name, value)."""
+    """The parameters of a tree that a second tree lacks: (full name, value)."""
     if stands is None:
         yield key, value
     elif isinstance(value, dict) and isinstance(stands, dict):

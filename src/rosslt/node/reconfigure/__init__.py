@@ -6,7 +6,7 @@ If dynamic_reconfigure is not installed, there is nothing for them, and the node
 from typing import Callable
 
 from rosslt.node.callbacks import Callbacks
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 
 
 def serve(owner: Owner, background: Callbacks) -> Callable[[], None]:

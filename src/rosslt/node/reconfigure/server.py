@@ -18,7 +18,7 @@ from rosslt import srv
 from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.history import new_request_id
-from rosslt.node.change.owner import Owner
+from rosslt.node.change.owner_interface import Owner
 from rosslt.node.locations.location import Location
 from rosslt.node.reconfigure.configuration import Configuration
 
@@ -78,7 +78,7 @@ class Server(rospy.SubscribeListener):
             return Configuration(self._owner.locations.by_id.values())
 
     def _set(self, request: ReconfigureRequest) -> ReconfigureResponse:
-        """Change what a client says, all or nothing; what has the value already is not touched."""
+        """Apply the changes of a client, all or none; locations that have the value already are not touched."""
         config = request.config
         asked = [(one.name, one.value) for one in [*config.bools, *config.ints, *config.strs, *config.doubles]]
         present = self._configuration().by_name
@@ -88,7 +88,7 @@ class Server(rospy.SubscribeListener):
         wanted = {present[name].location: value for name, value in asked if value != present[name].value}
         reasons = self._change(wanted, request._connection_header.get('callerid', '')) if wanted else []
         if reasons:
-            # a client may show what it wanted: it is told what is
+            # a client may show the values that it asked for: send it the actual ones
             self.peer_subscribe('', None, None)
             raise rospy.ServiceException('; '.join(reasons))
         return ReconfigureResponse(self._configuration().values())

@@ -1,8 +1,8 @@
 """tf2_ros' buffer, whose lookups know where their numbers came from.
 
-tf2 computes in C++, where provenance is lost. What it says stands; beside it, the transforms that have provenance are
-kept here, and what was looked up is computed once more from them, over the frames that lie between. Where that agrees
-with what tf2 says, its numbers, with their provenance, replace those of tf2.
+tf2 computes in C++, where provenance is lost. Its lookups
+stand; beside them, the transforms that have provenance are kept here, and each lookup is computed once more from
+them, over the frames that lie between. If the two results agree, the numbers with provenance replace those of tf2.
 """
 
 import math
@@ -27,7 +27,7 @@ class Buffer(tf2_ros.Buffer):
     """`tf2_ros.Buffer`, whose lookups know where their numbers came from.
 
     Args:
-        cache_time, debug: as of `tf2_ros.Buffer`.
+        cache_time, debug: as in `tf2_ros.Buffer`.
     """
 
     def __init__(self, cache_time: Optional[rospy.Duration] = None, debug: bool = True) -> None:

@@ -15,7 +15,7 @@ class TransformListener(tf2_ros.TransformListener):
 
     Args:
         buffer: where transforms go; tf2_ros' own Buffer will do, and forgets where they come from.
-        queue_size, buff_size, tcp_nodelay: as of `tf2_ros.TransformListener`.
+        queue_size, buff_size, tcp_nodelay: as in `tf2_ros.TransformListener`.
     """
 
     def __init__(

@@ -155,7 +155,7 @@ def _negative(rotation: Numbers) -> Numbers:
 
 
 def matching(motion: Motion, expected: Motion, tolerance: float) -> Tuple[Any, ...]:
-    """The numbers of a motion, of the quaternion those with the sign of what is expected.
+    """The numbers of a motion; the quaternion gets the sign of the expected one.
 
     Returns:
         Translation and rotation, 7 numbers; none if one is further off than the tolerance, against its size or 1

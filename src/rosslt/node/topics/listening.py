@@ -90,7 +90,7 @@ class Listener:
 
     Args:
         topics: their full names.
-        is_exact: as of `TopicReader`.
+        is_exact: as in `TopicReader`.
 
     Raises:
         rospy.ROSException: nobody publishes one of them.

@@ -20,7 +20,7 @@ class Sending:
     """Settings of the provenance that this node sends.
 
     Attributes:
-        full_history: complete expressions, for explaining, instead of what they come to.
+        full_history: complete expressions, for explaining, instead of folded ones.
         rate: how many messages of one thing are whole in a second, at most.
         hold: called with a tracked number that a field for whole numbers has, and the least and the greatest one that
             the field holds.
@@ -120,12 +120,14 @@ class Input:
     """The messages of one publisher, as one thread of this process reads them."""
 
     def __init__(self) -> None:
-        # By what they are about, with their form.
+        # {thing: (its readings, its form)}
         self._last: Dict[Hashable, Tuple[messages.Readings, Tuple[Hashable, ...]]] = {}
 
     def take(self, message: Message, found: messages.Found) -> None:
-        """Note what came with a message: whether its sources have changed. The leaves of a sampled one that the last
-        whole one of the same thing and form has with a provenance depend on what is not known; all, if there was none.
+        """Note the provenance that came with a message, or have the leaves of a sampled message depend on `UNKNOWN`.
+
+        These are the leaves that had provenance in the last whole message of the same thing and form; all leaves if
+        there was none.
 
         Args:
             message: as it was read.

@@ -17,7 +17,7 @@ class Service(rospy.Service):
     """`rospy.Service`, whose handler gets requests with tracked values, and whose responses keep provenance.
 
     Args:
-        name, service_class, handler, and all others: as of `rospy.Service`.
+        name, service_class, handler, and all others: as in `rospy.Service`.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class ServiceProxy(rospy.ServiceProxy):
     """`rospy.ServiceProxy`, whose requests keep provenance and whose responses hold tracked values.
 
     Args:
-        name, service_class, and all others: as of `rospy.ServiceProxy`.
+        name, service_class, and all others: as in `rospy.ServiceProxy`.
     """
 
     def __init__(self, name: str, service_class: MessageClass, *args: Any, **kwargs: Any) -> None:

@@ -54,7 +54,7 @@ class Publisher(rospy.Publisher):
     """`rospy.Publisher`, whose messages carry the provenance of the tracked values in them.
 
     Args:
-        name, data_class, and all others: as of `rospy.Publisher`; `data_class` may be a tracked message type.
+        name, data_class, and all others: as in `rospy.Publisher`; `data_class` may be a tracked message type.
     """
 
     _is_recorded = True
@@ -211,10 +211,10 @@ class Subscriber(rospy.Subscriber):
     """`rospy.Subscriber`, whose callback gets ordinary messages with tracked values in them.
 
     Args:
-        name, data_class, callback, and all others: as of `rospy.Subscriber`; `data_class` may be a tracked
+        name, data_class, callback, and all others: as in `rospy.Subscriber`; `data_class` may be a tracked
             type.
-        keep_provenance: for who displays messages or changes what is in them: messages between whole ones are left out,
-            so that what has sources always comes with them.
+        keep_provenance: for subscribers that display or change messages: messages between whole ones are left out,
+            so that numbers with sources always come with them.
     """
 
     def __init__(
@@ -268,7 +268,7 @@ def wait_for_message(topic: str, topic_type: MessageClass, timeout: Optional[flo
     no whole one comes within a second.
 
     Args:
-        topic, timeout: as of `rospy.wait_for_message`, seconds or None.
+        topic, timeout: as in `rospy.wait_for_message`, seconds or None.
         topic_type: an ordinary or a tracked message type.
 
     Raises:

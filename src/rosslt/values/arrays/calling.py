@@ -37,7 +37,7 @@ def wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> An
 
     Args:
         result: what NumPy gives.
-        call, operands, copied: as of `graph.Node`.
+        call, operands, copied: as in `graph.Node`.
     """
     try:
         return _wrapped(result, call, operands, copied)
@@ -67,7 +67,7 @@ def _wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> A
 
 
 def _is_of_ints(call: Call, operands: Sequence[Any]) -> bool:
-    """Return True if a function that gives whole numbers computes with such: they are no indices."""
+    """Return True if a function that gives whole numbers computes with such: they are not indices."""
     kinds = [operand.kind if type(operand) is Node else type(operand._plain) for operand in operands]
     name = getattr(call.function, '__name__', '')
     is_index = name.startswith('arg') or name in ('searchsorted', 'digitize', 'count_nonzero', 'bincount')
@@ -280,7 +280,7 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     elif isinstance(result, (numpy.ndarray, list)):
         if given and result is given[0]:
             return arguments[0]
-        # It was written to an array that was given for that: nothing is computed of what was there.
+        # It was written to an array that was given for that: its former elements are not operands.
         for at, one in enumerate(given):
             if one is result:
                 target, args[at] = arguments[at], None

@@ -122,7 +122,7 @@ def replacements(module: types.ModuleType) -> Dict[str, Any]:
 
 
 def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function that takes arrays of objects for what is in them."""
+    """A function that treats arrays of objects as arrays of their elements."""
 
     @functools.wraps(function, updated=())
     def called(*arguments: Argument, **options: Argument) -> Any:

@@ -4,7 +4,7 @@ Recording a call keeps NumPy's function and its operands, and nothing else. When
 comes from, the call is expanded: a ufunc by its row of the table; any other function by calling it with symbols, which
 it can add, multiply and move, and cannot look at, so that what it makes of them holds for all numbers. A function that
 looks at its operands (`sort`, `svd`), and a graph of more operations on numbers than an expression may have, becomes a
-call with numbers as of `operation`: the same function is called again to be evaluated, and its slopes are differences.
+call with numbers as in `operation`: the same function is called again to be evaluated, and its slopes are differences.
 """
 
 import functools
@@ -50,7 +50,7 @@ SERIAL = 1 << 32
 """The code of an element is its index in a node plus so many times the serial number of that node."""
 
 FAULTS: List[Callable[[str, Exception], None]] = []
-"""Are called with what was to be recorded and the error that kept it from being so: the result is plain."""
+"""Functions that are called with the name of a function and the error that kept its call from being recorded."""
 
 
 def report(function: Any, error: Exception) -> None:
@@ -64,10 +64,10 @@ Operand = Any
 
 
 class Call:
-    """A call of a function of NumPy, with nodes and tracked numbers for what has provenance.
+    """A call of a function of NumPy, with nodes and tracked numbers for operands that have provenance.
 
     Args:
-        function, args, options: the call; what is in it belongs to it alone.
+        function, args, options: the call; its lists and dicts belong to it alone.
         part: the index of the result in what the function returns; None for all of it.
     """
 
@@ -107,7 +107,7 @@ class Gathering:
         self.entries = {serial: entries[serial] for serial in used if serial in entries}
 
     def run(self, value_of: Callable[[Operand], Any], is_of_objects: bool) -> Any:
-        """Compute the result for other operands, as of `Call`."""
+        """Compute the result for other operands, as in `Call`."""
         parts = {serial: numpy.ravel(value_of(entry)) for serial, entry in self.entries.items()}
         kind = object if is_of_objects else numpy.result_type(self.numbers, *parts.values())
         result = self.numbers.astype(kind, 'C')
@@ -119,7 +119,7 @@ class Gathering:
 
 
 class Node:
-    """An operation that made the elements of an array. It is never changed, but for what means the same.
+    """An operation that made the elements of an array. Immutable, except for equivalent replacements.
 
     Args:
         call: what made it.
@@ -169,14 +169,14 @@ class Node:
         return float(NOISE * numpy.finfo(self.kind).eps * self._largest) if is_float else 0.0
 
     def known(self, index: int, number: Any) -> Any:
-        """An element; LAZY if it is not known yet, or is the number only but for what was rounded."""
+        """An element; LAZY if it is not known yet, or differs from the number by rounding."""
         made: Any = LAZY if self._elements is None else self._elements[index]
         return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
 
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else if there is no provenance."""
         if self._elements is None:
-            # What was recorded by then is known whole, at the expense of what comes later.
+            # Calls recorded so far are expanded as a whole, at the expense of later ones.
             start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
                 _expand(self)
@@ -190,7 +190,7 @@ class Node:
         return found
 
     def keep(self, elements: List[Any]) -> None:
-        """Keep the elements, and nothing of what they were made of."""
+        """Keep the elements, and drop the call and its operands."""
         self._elements = elements
         self.call, self.operands = None, ()
 
@@ -298,7 +298,7 @@ def _traced(step: _Step, trace: _Trace) -> Any:
         result = numpy.asarray(call.run(value_of, True), object)
         # A ufunc may have been given a larger array to write to.
         result = numpy.broadcast_to(result, shape) if is_each else result
-    except Exception:  # what a function raises of symbols says nothing of numbers
+    except Exception:  # an exception with symbols does not mean one with numbers
         return None
     # NumPy takes an error of a comparison for an answer.
     if trace.has_looked or result.shape != shape:
@@ -332,7 +332,7 @@ def _called(order: List[_Step]) -> List[Any]:
 
 
 def _shaped(made: Any, shape: Tuple[int, ...]) -> Any:
-    """A result for other numbers as one of its shape before; what is missing at the end of a range is not a number."""
+    """A result for other numbers in its former shape; elements missing at the end of a range are not-a-number."""
     if made.ndim == len(shape) == 1 and made.shape > shape:
         return made[: shape[0]]
     if made.ndim == len(shape) == 1 != made.shape[0] and made.shape < shape:
@@ -354,7 +354,7 @@ class Symbol:
 
     Args:
         number: a tracked number.
-        trace: is told what is done to it.
+        trace: records the operations on it.
     """
 
     __slots__ = ('number', 'trace')
@@ -394,7 +394,7 @@ def _symbolic(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def product(a: Any, b: Any) -> Any:
-    """A product, without provenance if it is 0 whatever the other factor is: most of a matrix is such."""
+    """A product, without provenance if one factor is a plain 0, as most elements of a matrix are."""
     if (type(a) not in TRACKED and a == 0) or (type(b) not in TRACKED and b == 0):
         return 0.0
     return a * b

@@ -18,8 +18,8 @@ _CODE = numpy.dtype(numpy.int64)
 class Memory:
     """The provenance of the elements of an array, which all its views share.
 
-    An element has a code, which says where in which entry it is found. The code of a plain element is 0, so that of a
-    large array that is written in few places little memory is used. Threads may write and read at the same time.
+    An element has a code, which says where in which entry it is found. The code of a plain element is 0, so a large
+    array with few written elements uses little memory. Threads may write and read at the same time.
 
     Args:
         root: the plain array, whose elements follow each other in the memory.
@@ -41,13 +41,13 @@ class Memory:
         self._codes: Dict[str, Any] = {}
 
     def codes_of(self, view: Any) -> Any:
-        """The codes of the elements of a view, 0 if they are plain. All views see what is written to them."""
+        """The codes of the elements of a view, 0 if they are plain. All views share the codes."""
         root = self.root
         if not self._codes:
             codes = numpy.zeros(root.size, _CODE)
             if self.entries:
                 self._codes_at(root, codes)[...] = _codes_from(1, root.shape)
-            self._codes.setdefault('all', codes)  # another thread's, if that is there
+            self._codes.setdefault('all', codes)  # those of another thread, if it was first
         return self._codes_at(view, self._codes['all'])
 
     def code_at(self, view: Any, key: Any) -> int:

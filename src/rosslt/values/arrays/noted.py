@@ -1,4 +1,4 @@
-"""What an array held at one moment, to know later which elements nobody has written since."""
+"""The elements of an array at one moment, to know later which of them nobody has written since."""
 
 from typing import Any, Iterator, List, Tuple
 

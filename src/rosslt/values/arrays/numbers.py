@@ -77,11 +77,11 @@ def rounding_of(kind: Any) -> float:
 
 
 def same_number(number: Number, tracked: Number, rounding: float = ROUNDING) -> Number:
-    """The tracked value of a plain number, of the same kind; the plain number if it is another one.
+    """The tracked value of a plain number, of the same kind; the plain number if the two differ.
 
     Args:
         number: of Python or NumPy.
-        tracked: a tracked number of Python that is equal to it but for rounding, or anything else.
+        tracked: a tracked number of Python that is equal to it except for rounding, or anything else.
         rounding: by how much they may differ, relative to them.
     """
     if type(tracked) not in PYTHON_NUMBERS:

@@ -2,8 +2,8 @@
 
 Whatever computes with a `TrackedArray` gets the numbers that it would get without provenance, to the last bit: NumPy
 computes them. An operation is one node of the graph (`graph.Node`). An
-element is looked up when it is read; a number that was written past this class is another one than its expression
-gives, and so is plain.
+element is looked up when it is read; a number that was written past this class differs from the value of its
+expression, and so is plain.
 """
 
 from typing import Any, Callable, List, Optional
@@ -187,8 +187,10 @@ class TrackedArray(numpy.ndarray):
 
     @property
     def flat(self) -> Any:
-        """Override the attribute of `numpy.ndarray`: a view in one dimension if there is one. Elsewhere what is
-        written would not be seen, so the elements are cut off."""
+        """Override the attribute of `numpy.ndarray`: a view in one dimension if there is one.
+
+        If there is none, writes would go unnoticed, so the elements are made plain.
+        """
         if self.flags.c_contiguous:
             return self.reshape(-1)
         self.forget()

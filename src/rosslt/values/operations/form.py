@@ -15,7 +15,7 @@ Record = Tuple['Form', Value, Value]
 """How a value was made: `(form, first, second)`."""
 
 SOURCE_INSTRUCTION, CONSTANT_INSTRUCTION, AFFINE_INSTRUCTION = 'source', 'constant', 'affine'
-"""The first elements of instructions that are no operation."""
+"""The first elements of instructions that are not operations."""
 
 
 class Form:

@@ -51,7 +51,7 @@ class Operation:
         left, right, both: the forms of a row of the table.
 
     Raises:
-        TypeError: something is no function; an operation with a code lacks an inverse or a slope.
+        TypeError: something is not a function; an operation with a code lacks an inverse or a slope.
         ValueError: there is another number of inverses or slopes than of operands.
     """
 
@@ -153,13 +153,13 @@ def operation(
     stepped: bool = False,
     on_text: bool = False,
 ) -> Operation:
-    """Make an operation of what is known of it; one with a code is a row of the table from then on.
+    """Make an operation; one with a code is a row of the table from then on.
 
     The arguments are attributes of `Operation`. A row takes as many operands as it has inverses, any other operation
     any number.
 
     Raises:
-        TypeError, ValueError: as of `Operation`; the code or the name is taken.
+        TypeError, ValueError: as in `Operation`; the code or the name is taken.
     """
     made = Operation(
         code,

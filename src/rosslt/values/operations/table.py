@@ -55,8 +55,8 @@ MOST_DIGITS = 10**4
 
 
 MOST_COMPUTED = 2**26
-"""The most bits or characters that a program computes of tracked operands: a script that is edited does not end
-otherwise, as of `9 ** 9 ** 9`."""
+"""The most bits or characters of a result of tracked operands: an edited script with `9 ** 9 ** 9` would not end
+otherwise."""
 
 
 class TooLong(OverflowError):

@@ -42,7 +42,7 @@ class Budget:
         return cls(WORK + WORK_PER_NODE * len(graph.nodes))
 
     def share(self, part: float) -> 'Budget':
-        """A part of what is left, taken out of it; give back with `refund` what of it was not needed."""
+        """Take a part out of the budget; `refund` gives back the work that was not needed."""
         work = self.left * part
         self.left -= work
         return Budget(work)

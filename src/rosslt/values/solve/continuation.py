@@ -1,12 +1,12 @@
-"""Solving along a path: a hand moves what is wanted little by little, and no source may jump, nor drift.
+"""Solving along a path: a hand moves the target little by little, and no source may jump or drift.
 
-Solved from step to step, the joints of an arm with more joints than it needs are elsewhere when the hand is back where
-it began. Solved anew from the beginning at each step, they jump if another answer becomes the nearer one. So the
-answer is the one that the straight way from the beginning leads to, which depends on what is wanted alone; if that
-would be a jump, the one that the last answer leads to, drawn towards it.
+If each step were solved from the one before, the joints of a redundant arm would be elsewhere when the hand is back
+where it began. If each step were solved from the beginning, the joints would jump whenever a different answer becomes
+the nearer one. So the answer is the one that the straight way from the beginning leads to, which depends on the target
+alone. If that would be a jump, it is the one that the last answer leads to, drawn towards the first.
 
-A hand means few numbers: as many sources move as the results can in ways, three for a point and one for a ring, and the
-others are held. If these do not suffice, all move.
+A hand means few numbers: as many sources move as the results have degrees of freedom, three for a point and one for a
+ring, and the other sources are held. If these do not suffice, all move.
 """
 
 import math
@@ -50,9 +50,9 @@ class Path(System):
         return None
 
     def _candidates(self, last: Point) -> Iterator[Point]:
-        """Solutions in the order in which they are taken, if they are no jump.
+        """Solutions in the order in which they are taken, if they are not jumps.
 
-        The first two depend on what is wanted alone, so that they come back where it does.
+        The first two depend on the target alone, so they come back where it does.
         """
         yield self._turned(self.start, last)
         straight = self._followed()
@@ -122,7 +122,7 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
+        """Return True if the slopes between two points explain the distance between them, so that it is not a jump."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= RELATIVE * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -165,14 +165,14 @@ def continued(
         xs: tracked scalars with the source values that they had where the path began; plain ones stay.
         targets: as many values.
         last: `{Source: value}` of the last answer on this path, `{}` at its beginning.
-        sources, bounds, read_only, rank, weights: as of `solve`.
+        sources, bounds, read_only, rank, weights: as in `solve`.
 
     Returns:
         `{Source: new value}` of all sources that differ from the beginning. On a path that comes back to where it began
         that is `{}`.
 
     Raises:
-        NotTracked, NotInvertible: as of `solve`; also if there are answers, but none that the last one leads to.
+        NotTracked, NotInvertible: as in `solve`; also if there are answers, but none that the last one leads to.
             The previous values should then stay, and `last` too.
     """
     options: Dict[str, Value] = {

@@ -1,6 +1,6 @@
-"""Descents: steps from a point that each bring the results nearer to what is wanted.
+"""Descents: steps from a point that each bring the results nearer to their targets.
 
-Gauss-Newton in a trust region for what can be met, Levenberg-Marquardt for what cannot.
+Gauss-Newton in a trust region for targets that can be met, Levenberg-Marquardt for others.
 """
 
 import math
@@ -18,7 +18,7 @@ ROUNDS = 50
 
 DAMPINGS = (0.0, 1e-6, 1e-3, 0.03, 1.0, 30.0)
 DAMPINGS_TO_END = (*DAMPINGS, 1e3, 3e4, 1e6)
-"""Where results turn round short of what is wanted, their slopes vanish, and steps along them grow without end."""
+"""If results have their extremum short of the target, their slopes vanish, and steps along them grow without end."""
 
 
 CONVERGED = 1e-10
@@ -39,10 +39,10 @@ class Descent(NamedTuple):
 
 
 class Descents(Equations):
-    """Equations whose unknowns have limits and scales, and steps towards what is wanted.
+    """Equations whose unknowns have limits and scales, and steps towards the targets.
 
     Args:
-        graph, goals, unknowns, budget, base: as of `Equations`.
+        graph, goals, unknowns, budget, base: as in `Equations`.
         freedom: the constraints on the unknowns (`freedom.Freedom`).
     """
 

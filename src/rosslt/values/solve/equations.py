@@ -1,4 +1,4 @@
-"""Results as functions of several sources: what is missing of them, and their slopes."""
+"""Results as functions of several sources: their residuals and their slopes."""
 
 import math
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -141,8 +141,7 @@ def _unit(wanted: Value, present: Value, least: float) -> float:
 
 
 def size_of(goals: List[Goal]) -> float:
-    """The size of what is being moved, from where and to where: next to 0, no result can come nearer than a small part
-    of that."""
+    """The largest of the present values and targets, by which rounding errors of a result near 0 are judged."""
     return max(
         (abs(part) for _, value, wanted in goals if not isinstance(value, str) for part in (value._plain, wanted)),
         default=1.0,

@@ -23,7 +23,7 @@ HUGE = 300
 def shortest_step(
     rows: Rows, missing: Sequence[float], scales: Sequence[float], damping: float = 0.0, by_row: bool = True
 ) -> List[float]:
-    """The step that adds what is missing, shortest in relation to the scales, damped (Levenberg-Marquardt).
+    """The step that removes the residuals, shortest in relation to the scales, damped (Levenberg-Marquardt).
 
     Args:
         rows: the Jacobian, a row for each result: `{index of the unknown: slope}`, without zeros.
@@ -31,7 +31,7 @@ def shortest_step(
         scales: the scale of each unknown; steps are measured in these units.
         damping: at least 0, in relation to rows of length 1.
         by_row: gives all results the same weight, whatever their slopes; this changes nothing if all can be met.
-            Otherwise what is missing counts in its own unit.
+            Otherwise each residual counts in its own unit.
 
     Returns:
         The step of each unknown.

@@ -69,7 +69,7 @@ def nearest(
         bounds: `{Source: (minimum or None, maximum or None)}`; a source that is stopped by one has exactly that value.
         read_only: sources that may not change.
         sources: change no other than these.
-        weights: `{Source: how hard it is to move}`, as of `solve`.
+        weights: `{Source: how hard it is to move}`, as in `solve`.
 
     Returns:
         `{Source: new value}` of the sources that change, `{}` if nothing comes nearer, and the Euclidean distance of

@@ -26,7 +26,7 @@ Limits = Tuple[Value, Value]
 
 
 class OutOfBounds(NoPreimage):
-    """The answer found is beyond a bound; there may be another one within."""
+    """The answer found is beyond a bound; there may be a second one within."""
 
 
 class NoFormula(NoPreimage):
@@ -40,7 +40,7 @@ class Attempt:
         graph: holds the result and the nodes below it.
         root: the index of the result in the graph.
         source: the source that may change.
-        base: the values of the nodes once other sources are as wanted.
+        base: the values of the nodes after the changes that are already decided for other sources.
         limits: the source's minimum and maximum, infinite for none.
         budget: the work that it may take.
         wanted: the wanted result.

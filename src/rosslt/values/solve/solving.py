@@ -1,4 +1,4 @@
-"""Solving: what the sources must become so that a result becomes what is wanted (paper, IV.A, `force_value`).
+"""Solving: the source values that make results equal their targets (paper, IV.A, `force_value`).
 
 Two laws hold. *PutGet*: evaluating with the answer gives the target, to a relative 1e-9, exactly for whole
 numbers, bools and texts. *GetPut*: solving for the present value changes nothing. Every answer is checked before it

@@ -105,7 +105,7 @@ class System(Descents):
                     return
 
     def closest(self) -> Point:
-        """The unknowns' values that bring the results nearest to what is wanted, in the results' own units.
+        """The unknowns' values that bring the results nearest to their targets, in the results' own units.
 
         If the slopes at the present values lead nowhere, it is tried from beside them (a straight arm).
         """
@@ -231,9 +231,11 @@ class System(Descents):
         return x
 
     def tidied(self, x: Point) -> Point:
-        """The answer as people would write it, without what rounding did, as far as that is an answer, too: what moved
-        by no more stays where it was, what is so near a bound, or 0, is at it, and 0.5 stands for
-        0.49999999999999983."""
+        """The answer without rounding errors, as people would write it, as far as it stays an answer.
+
+        An unknown that moved by a rounding error stays where it was, one that near to a bound or to 0 is put there, and
+        0.49999999999999983 becomes 0.5.
+        """
         way = self._way(x)
         tidy = []
         for value, start, scale, (low, high) in zip(x, self.start, self._scales, self._limits):
@@ -248,7 +250,7 @@ class System(Descents):
             value if value == start else self._clamped(place, float('%.*g' % (DIGITS, value)))
             for place, (value, start) in enumerate(zip(tidy, self.start))
         ]
-        self._budget.left = math.inf  # looking at an answer is no part of the search for it
+        self._budget.left = math.inf  # looking at an answer is not part of the search for it
         limit = max(self._distance(x), ULPS)
         if self.accepts(short) and self._distance(short) <= limit:
             return short

@@ -1,4 +1,4 @@
-"""This node as the owner of its locations, as the modules below `server` see it."""
+"""The interface of the owner of locations (`location_server.Owner`), for the modules that it imports."""
 
 from typing import ContextManager, FrozenSet, Iterable, List, Protocol, Sequence, Tuple
 
@@ -10,7 +10,7 @@ from rosslt.node.locations.location import Change, Location, Locations
 
 
 class Owner(Protocol):
-    """What `server.Owner` says and does; see there."""
+    """What `location_server.Owner` says and does; see there."""
 
     name: str
     locations: Locations

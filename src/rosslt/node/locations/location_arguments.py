@@ -1,4 +1,4 @@
-"""The bounds and the weight that the code gives a location."""
+"""Checks the bounds and the weight that the code gives a location; `location` checks its values against them."""
 
 import math
 from typing import Dict, Union
@@ -11,7 +11,7 @@ def checked_limits(minimum: Scalar, maximum: Scalar, weight: object) -> Dict[str
     """Bounds and weight of a location as plain numbers.
 
     Raises:
-        TypeError: one is no number.
+        TypeError: one is not a number.
         ValueError: one is not finite, the minimum is above the maximum, or the weight is not above 0.
     """
     limits: Dict[str, Union[int, float, None]] = {}

@@ -1,4 +1,4 @@
-"""Drops: a thing that was let go is looked at, as its node may compute it in another way by now."""
+"""Checks after a drop that messages show the thing there: the node may compute it in another branch by then."""
 
 import time
 from typing import Callable, Optional
@@ -22,7 +22,7 @@ class Drop:
     Args:
         drag: it is over, and sources have followed it.
         change: changes the sources again for what is seen; False if it cannot.
-        resolution: how near it is where it was dropped, as of Rules.
+        resolution: how near it is where it was dropped, as in Rules.
     """
 
     def __init__(self, drag: Drag, change: Callable[[], bool], resolution: float = 0.0) -> None:

@@ -129,7 +129,7 @@ class Owner:
         MASTER_WATCH.start()
 
     def publish_locations(self) -> None:
-        """Publish the locations soon: there are others than before, or others may change them."""
+        """Publish the locations soon: the list has changed, or who may change them."""
         if self._locations is not None:
             self._background.call_soon(self._publish_locations, SETTLING)
             self._show_to_reconfigure()
@@ -162,7 +162,7 @@ class Owner:
             SOURCE_FILES.keep(location.site.file)
             if self.name and not self.locations.is_taken(location.name):
                 location.name_node(self.name)  # the memory of the node is searched by the names of sources
-                if is_written:  # nothing has read what is being made
+                if is_written:  # nothing has read the new location
                     self.parameters.take_over_unread(location)
                 else:
                     self.parameters.take_over([location])
@@ -204,7 +204,7 @@ class Owner:
         return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
 
     def _claim_changes(self) -> None:
-        """Have the history know what there is by now of that which an earlier run has changed."""
+        """Tell the history which locations that an earlier run has changed exist now."""
         for location in self.locations.by_id.values():
             if isinstance(location, HeldLocation):
                 self.history.claim(location, location.value)
@@ -248,7 +248,7 @@ class Owner:
             rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
-        """Have a location keep to the numbers that a field holds which it is sent in: a node ends that sends others."""
+        """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""
         (source,) = values.origins([value]) or (None,)
         location = self.locations.by_id.get(source.location_id) if source is not None else None
         if location is not None and location.source == source and location.type is int:
@@ -287,7 +287,7 @@ class Owner:
                 location, value = wanted[index]
                 try:
                     if self.known(location.id) is not location:
-                        raise Refused(f'{location.name} is another one by now')
+                        raise Refused(f'{location.name} was replaced meanwhile; list the locations and try again')
                     if type(value) is not location.type:  # of a parameter that has another type since
                         value = location.checked(value)
                     done[index] = (location, *location.set_outside(value))
@@ -302,14 +302,14 @@ class Owner:
         return [''] * len(wanted), changes
 
     def _refused_at(self, index: int, refused: Refused, count: int, done: Sequence[Change]) -> List[str]:
-        """Take back what was set outside; returns the reasons of `count` refusals."""
+        """Take back values that setters have set; returns the reasons of `count` refusals."""
         rospy.logerr('%s', refused)
         reasons = [''] * count
         reasons[index] = '; '.join([str(refused), *self._put_back(done)])
         return reasons
 
     def _put_back(self, changes: Sequence[Change]) -> List[str]:
-        """Give locations their old values again; returns for each that cannot be given, what it stays and why."""
+        """Give locations their old values again; returns the value and the reason for each that keeps its new one."""
         left = []
         for location, old, new in reversed(changes):
             try:
