@@ -151,8 +151,9 @@ def test_a_changed_value_stays_with_its_literal_where_another_one_of_that_name_i
     rospy.set_param('/twins/leg_first', True)
     with Unmodified(tmp_path, 'twins', TWINS), Listener('twins', PointStamped) as heard:
         message = heard.comes(lambda message: values.is_tracked(message.point.y))
-        assert (message.point.x, message.point.y) == (0.5, 0.5)
-        assert command('save', '/twins', '--diff').stdout == ''
+        assert (message.point.x, message.point.y) == (0.9, 0.5)
+        saved = command('save', '/twins', '--diff').stdout
+        assert '-        self.gain = 0.5\n+        self.gain = 0.9\n class Leg:\n' in saved
 
 
 def test_literals_that_are_called_like_settings_of_a_node_do_not_become_these(master, tmp_path):

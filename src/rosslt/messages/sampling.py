@@ -18,9 +18,9 @@ from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_lea
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import lazy_of, untracked
 
-SHARE = 0.02
-"""The part of a core that writing the provenance of all things of a publisher takes at most: it is written less often
-than the rate says, if that takes more."""
+COSTLY = 0.0002
+"""The CPU time in seconds that writing the provenance of all things of a publisher once may take; from there on it is
+written less often, in proportion: at 100 Hz, it takes 2 % of a core."""
 
 LONGEST_PAUSE = 1.0
 """The longest time in seconds between whole messages of one thing, whatever they cost."""
@@ -166,11 +166,11 @@ class SampledProvenance:
                 self._due.clear()
             self._due.setdefault(untracked(thing), due)
             cost = (time.thread_time() - start) * len(self._due)
-            self._is_costly = cost > SHARE * period
+            self._is_costly = cost > COSTLY
             if encoding is not self._last:
                 self._last = encoding if self._is_costly else None
             if is_due:
-                pause = max(period, min(LONGEST_PAUSE, cost / SHARE))
+                pause = max(period, min(LONGEST_PAUSE, cost / COSTLY * period))
                 # on average one a pause: what comes early or late does not shift those that follow
                 due = max(now, due + pause)
                 if self._is_costly:
