@@ -234,3 +234,13 @@ def test_where_few_joints_do_not_suffice_all_move():
         last = {**last, **continued(results, target, last, bounds=bounds)}
         assert evaluate(results, last) == pytest.approx(target)
     assert abs(last[Source('/arm', 2)] - 0.7) > 0.05
+
+
+def test_the_first_source_follows_the_hand_though_another_would_move_less():
+    offset, length = Source('/lever', 1), Source('/lever', 2)
+    tip = track(1.0, offset) + 10.0 * track(1.0, length)
+    last = source_values([tip])
+    for number in [*range(1, 20), *range(20, 0, -1)]:
+        last = continued([tip], [11.0 + number / 100], last)
+        assert last == {offset: pytest.approx(1.0 + number / 100)}
+    assert continued([tip], [11.0], last) == {}

@@ -122,7 +122,8 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Return True if the slopes between two points explain the distance between them, so that it is no jump."""
+        """Return True if the slopes between two points explain the distance between them, so that it is no jump: those
+        of the unknowns that differ, as the others are held, also if they would need to move less."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= RELATIVE * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -136,7 +137,10 @@ class Path(System):
             values = self._tried([old + number / 4 * step for old, step in zip(last, way)])
             if values is None:
                 return False
-            rows = self._jacobian(values, self._equations)
+            rows = [
+                {place: slope for place, slope in row.items() if way[place]}
+                for row in self._jacobian(values, self._equations)
+            ]
             try:
                 asked.append(self._length(shortest_step(rows, moved, self._scales, SINGULAR)))
             except UNDEFINED:
@@ -212,7 +216,7 @@ def _group_continued(
 ) -> Dict[Source, Value]:
     """Continue the last answer without a jump, for a group of results that share sources."""
     graph = Graph(x for _, x, _ in goals)
-    here = {source: last[source] for source in graph.occurrences if source in last}
+    here = _changed(graph, {source: last[source] for source in graph.occurrences if source in last})
     movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
     floats = [source for source in movable if holds_floats(graph, source)]
     anew: Dict[Source, Value] = {}
