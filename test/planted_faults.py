@@ -267,8 +267,8 @@ FAULTS = [
     Fault(
         'a_number_is_rounded_beyond_its_bound',
         'markers/drags/changes.py',
-        'if low <= rounder <= high and _is_within',
-        'if _is_within',
+        'if low <= rounder <= high and is_near',
+        'if is_near',
         ('test/markers/test_changes.py',),
     ),
     Fault(

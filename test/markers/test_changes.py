@@ -122,6 +122,15 @@ def test_a_drag_gives_a_source_no_more_digits_than_a_hand_can_see(x, wanted, res
     assert changes.plan([x], [wanted], resolution=resolution).after == {SHOULDER: pytest.approx(expected, rel=1e-15)}
 
 
+@pytest.mark.parametrize(
+    ('present', 'unit', 'wanted'), [(6.0, 1.0, 6.283), (1.9, math.tau, 2.0), (350.0, math.tau / 360, 360.0)]
+)
+def test_a_whole_turn_is_not_rounded_to_none(no_limits, present, unit, wanted):
+    turn = values.track(present, SHOULDER) * unit
+    for tracked, targets in (([math.cos(turn), math.sin(turn)], [1.0, 0.0]), ([math.sin(turn)], [0.0])):
+        assert changes.plan(tracked, targets, resolution=1e-3).after == {SHOULDER: pytest.approx(wanted, rel=1e-9)}
+
+
 def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
     shoulder, elbow = values.track(0.3, SHOULDER), values.track(1.2, ELBOW)
     tracked = [math.cos(shoulder) + math.cos(shoulder + elbow), math.sin(shoulder) + math.sin(shoulder + elbow)]

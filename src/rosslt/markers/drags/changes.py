@@ -106,17 +106,21 @@ def _rounded(
 ) -> Dict[values.Source, Any]:
     """The roundest floats that bring tracked values to within half a resolution of where an answer brings them.
 
-    A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there.
+    A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there. Each
+    is moved by no more than its slopes allow: 0 is as good as a whole turn, and would be a jump.
     """
     bounds = {source: limits['bounds'].get(source, (None, None)) for source in after}
     floats = [source for source, value in after.items() if type(value) is float and value not in bounds[source]]
     exact = [float(value) for value in values.evaluate(list(tracked), after)]
+    slopes = values.slopes(values.reapply(list(tracked), after))
     for number, source in enumerate(floats, 1):
         allowed = 0.5 * resolution * number / len(floats)
+        steepest = max(map(abs, slopes[source]))
         low, high = (inf if bound is None else bound for bound, inf in zip(bounds[source], (-math.inf, math.inf)))
         for rounder in (0.0, *(float(f'{after[source]:.{digits}g}') for digits in range(1, DIGITS))):
             trial = {**after, source: rounder}
-            if low <= rounder <= high and _is_within(allowed, tracked, trial, exact):
+            is_near = abs(rounder - after[source]) * steepest <= allowed
+            if low <= rounder <= high and is_near and _is_within(allowed, tracked, trial, exact):
                 after = trial
                 break
     return after
