@@ -244,3 +244,10 @@ def test_the_first_source_follows_the_hand_though_another_would_move_less():
         last = continued([tip], [11.0 + number / 100], last)
         assert last == {offset: pytest.approx(1.0 + number / 100)}
     assert continued([tip], [11.0], last) == {}
+
+
+def test_numbers_of_unlike_size_follow_the_hand_where_their_results_have_one_answer():
+    size, bend = Source('/plate', 1), Source('/plate', 2)
+    lift = track(3e-4, bend) * 1000.0
+    results = [track(860.0, size) / 1000.0 + lift, lift]
+    assert continued(results, [1.2, 0.31], source_values(results)) == {size: 890.0, bend: 0.00031}

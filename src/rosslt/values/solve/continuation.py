@@ -29,7 +29,7 @@ from .system import FOLLOWED_STEPS, System
 JUMP = 5.0
 """A step is a jump if it is this many times as long as its slopes predict."""
 
-SINGULAR = 1e-6
+SINGULAR = 1e-10
 """The damping of directions in which the results hardly move, for the length that the slopes predict."""
 
 HALF_TURN = math.pi
