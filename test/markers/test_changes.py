@@ -131,6 +131,15 @@ def test_a_whole_turn_is_not_rounded_to_none(no_limits, present, unit, wanted):
         assert changes.plan(tracked, targets, resolution=1e-3).after == {SHOULDER: pytest.approx(wanted, rel=1e-9)}
 
 
+def test_an_angle_stays_near_where_the_hand_is_at_the_middle(no_limits):
+    """There, any angle shows the same."""
+    radius, angle = values.track(2.0, SHOULDER), values.track(0.5, ELBOW)
+    last, wanted = {SHOULDER: 0.01, ELBOW: 1.9}, [1e-4 * math.cos(1.9), 1e-4 * math.sin(1.9)]
+    tracked = [radius * math.cos(angle), radius * math.sin(angle)]
+    found = changes.plan(tracked, wanted, began={SHOULDER: 2.0}, last=last, resolution=1e-3)
+    assert found.after == {SHOULDER: 0.0, ELBOW: 2.0}
+
+
 def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
     shoulder, elbow = values.track(0.3, SHOULDER), values.track(1.2, ELBOW)
     tracked = [math.cos(shoulder) + math.cos(shoulder + elbow), math.sin(shoulder) + math.sin(shoulder + elbow)]
