@@ -137,6 +137,18 @@ def test_where_a_bound_stops_a_source_another_one_moves_on_and_both_come_back():
     assert last == {}
 
 
+@pytest.mark.parametrize('stride', [6, 8, 13])
+def test_in_other_steps_back_the_second_source_goes_no_further_than_it_came(stride):
+    """The first one was not quite at its limit when the second one began to move."""
+    turn, length = track(0.2, Source('/lift', 1)), track(-2.0, Source('/lift', 2))
+    height, last = math.cos(turn) * length * length, {}
+    for number in [*range(0, 60, 5), *range(60, -1, -stride), 0]:
+        wanted = float(height) + number / 200
+        last = continued([height], [wanted], last)
+        assert evaluate(height, last) == pytest.approx(wanted)
+    assert last == {}
+
+
 def test_an_answer_that_can_only_be_reached_by_a_jump_is_none():
     x = track(1.0, Source('/wave', 1))
     wave = math.sin(x) + 0.2 * x

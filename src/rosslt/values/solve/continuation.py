@@ -147,6 +147,15 @@ class Path(System):
                 return False
         return length <= JUMP * sorted(asked)[len(asked) // 2]
 
+    def is_on_the_way(self, last: Point, x: Point) -> bool:
+        """Return True if a point is on a way without a jump from the last one to what one result should become."""
+        before, after = self._tried(last), self._tried(x)
+        if before is None or after is None:
+            return False
+        (equation,) = self._equations
+        gone, left = after[equation.place] - before[equation.place], equation.wanted - after[equation.place]
+        return bool(gone * left > 0) and self.is_continuous(last, x)
+
 
 def _along(row: Mapping[int, float], way: Sequence[float]) -> float:
     return sum([slope * way[place] for place, slope in row.items()])
@@ -269,12 +278,16 @@ def _moved_first(graph: Graph, goals: List[Goal], floats: List[Source], freedom:
 def _one_more(
     graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Value], path: Path
 ) -> Dict[Source, Value]:
-    """Move a second source when the first is at its limit; on the way back, the second one moves first."""
+    """Move a second source when the first is at its limit; on the way back, the second one moves first, as far as to
+    where it began."""
     _, value, wanted = goal
     x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     reason: Optional[NotInvertible] = None
     for source in sorted(floats, key=lambda one: one not in here or -floats.index(one)):
         others = {one: new for one, new in here.items() if one != source}
+        back = [float(others.get(one, start)) for one, start in zip(floats, path.start)]
+        if source in here and path.is_on_the_way(x, back):
+            return _one_more(graph, goal, floats, freedom, others, path)
         try:
             found = solve_one(value, wanted, freedom._replace(only=[source]), others)
         except NotInvertible as error:
