@@ -265,6 +265,20 @@ FAULTS = [
     ),
     # --- markers
     Fault(
+        'a_whole_turn_is_rounded_to_none',
+        'markers/drags/changes.py',
+        'is_near = way * steepest <= allowed and way',
+        'is_near = way',
+        ('test/markers/test_changes.py',),
+    ),
+    Fault(
+        'an_angle_without_effect_is_rounded_to_none',
+        'markers/drags/changes.py',
+        'steepest <= allowed and way <= abs(after[source] - present[source])',
+        'steepest <= allowed',
+        ('test/markers/test_changes.py',),
+    ),
+    Fault(
         'a_number_is_rounded_beyond_its_bound',
         'markers/drags/changes.py',
         'if low <= rounder <= high and is_near',

@@ -131,6 +131,13 @@ def test_a_whole_turn_is_not_rounded_to_none(no_limits, present, unit, wanted):
         assert changes.plan(tracked, targets, resolution=1e-3).after == {SHOULDER: pytest.approx(wanted, rel=1e-9)}
 
 
+def test_a_hand_that_has_gone_around_is_not_rounded_back(no_limits):
+    turn = values.track(-1.0, SHOULDER)
+    began, last = {SHOULDER: -1.0}, {SHOULDER: 6.2}
+    found = changes.plan([math.cos(turn), math.sin(turn)], [1.0, 0.0], began=began, last=last, resolution=1e-3)
+    assert found.after == {SHOULDER: 6.283}
+
+
 def test_an_angle_stays_near_where_the_hand_is_at_the_middle(no_limits):
     """There, any angle shows the same."""
     radius, angle = values.track(2.0, SHOULDER), values.track(0.5, ELBOW)
