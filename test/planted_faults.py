@@ -129,7 +129,7 @@ FAULTS = [
     Fault(
         'nodes_that_read_each_other_wait_for_ever',
         'messages/sampling.py',
-        'if now - since > COMES_ROUND:',
+        'if now - since > seconds and count >= messages:',
         'if now - since < 0.0:',
         ('test/messages/test_sampling.py',),
     ),
@@ -265,10 +265,24 @@ FAULTS = [
     ),
     # --- markers
     Fault(
+        'a_whole_turn_is_rounded_to_none',
+        'markers/drags/changes.py',
+        'is_near = way * steepest <= allowed and way',
+        'is_near = way',
+        ('test/markers/test_changes.py',),
+    ),
+    Fault(
+        'an_angle_without_effect_is_rounded_to_none',
+        'markers/drags/changes.py',
+        'steepest <= allowed and way <= abs(after[source] - present[source])',
+        'steepest <= allowed',
+        ('test/markers/test_changes.py',),
+    ),
+    Fault(
         'a_number_is_rounded_beyond_its_bound',
         'markers/drags/changes.py',
-        'if low <= rounder <= high and _is_within',
-        'if _is_within',
+        'if low <= rounder <= high and is_near',
+        'if is_near',
         ('test/markers/test_changes.py',),
     ),
     Fault(

@@ -122,6 +122,31 @@ def test_a_drag_gives_a_source_no_more_digits_than_a_hand_can_see(x, wanted, res
     assert changes.plan([x], [wanted], resolution=resolution).after == {SHOULDER: pytest.approx(expected, rel=1e-15)}
 
 
+@pytest.mark.parametrize(
+    ('present', 'unit', 'wanted'), [(6.0, 1.0, 6.283), (1.9, math.tau, 2.0), (350.0, math.tau / 360, 360.0)]
+)
+def test_a_whole_turn_is_not_rounded_to_none(no_limits, present, unit, wanted):
+    turn = values.track(present, SHOULDER) * unit
+    for tracked, targets in (([math.cos(turn), math.sin(turn)], [1.0, 0.0]), ([math.sin(turn)], [0.0])):
+        assert changes.plan(tracked, targets, resolution=1e-3).after == {SHOULDER: pytest.approx(wanted, rel=1e-9)}
+
+
+def test_a_hand_that_has_gone_around_is_not_rounded_back(no_limits):
+    turn = values.track(-1.0, SHOULDER)
+    began, last = {SHOULDER: -1.0}, {SHOULDER: 6.2}
+    found = changes.plan([math.cos(turn), math.sin(turn)], [1.0, 0.0], began=began, last=last, resolution=1e-3)
+    assert found.after == {SHOULDER: 6.283}
+
+
+def test_an_angle_stays_near_where_the_hand_is_at_the_middle(no_limits):
+    """There, any angle shows the same."""
+    radius, angle = values.track(2.0, SHOULDER), values.track(0.5, ELBOW)
+    last, wanted = {SHOULDER: 0.01, ELBOW: 1.9}, [1e-4 * math.cos(1.9), 1e-4 * math.sin(1.9)]
+    tracked = [radius * math.cos(angle), radius * math.sin(angle)]
+    found = changes.plan(tracked, wanted, began={SHOULDER: 2.0}, last=last, resolution=1e-3)
+    assert found.after == {SHOULDER: 0.0, ELBOW: 2.0}
+
+
 def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
     shoulder, elbow = values.track(0.3, SHOULDER), values.track(1.2, ELBOW)
     tracked = [math.cos(shoulder) + math.cos(shoulder + elbow), math.sin(shoulder) + math.sin(shoulder + elbow)]

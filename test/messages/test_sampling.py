@@ -107,9 +107,18 @@ def test_what_stays_unknown_comes_round_and_is_sent_as_plain():
     read = unknown(Point(X, 0.0, 0.0))
     whole = [at / 100 for at in range(500) if sent._sends(Point(read.x, Y, read.x + Y), at / 100)]
     assert len(whole) == 2
-    assert min(whole[0], whole[1] - whole[0]) > sampling.COMES_ROUND
+    assert min(whole[0], whole[1] - whole[0]) > sampling.COMES_ROUND[0]
     ((index, leaf, _),) = sent.last_leaves
     assert (index, sources(leaf)) == (1, [B])
+
+
+def test_what_is_rarely_known_does_not_come_round():
+    """A node that sends every three seconds, and reads an input of which one message in four is whole."""
+    sent = Sent()
+    read = unknown(Point(X, 0.0, 0.0))
+    assert [sent._sends(Point((X if step % 4 == 3 else read.x), Y, 0.0), 3.0 * step) for step in range(40)] == [
+        step % 4 == 3 for step in range(40)
+    ]
 
 
 def test_all_publishers_send_whole_messages_at_the_same_time():

@@ -137,6 +137,18 @@ def test_where_a_bound_stops_a_source_another_one_moves_on_and_both_come_back():
     assert last == {}
 
 
+@pytest.mark.parametrize('stride', [6, 8, 13])
+def test_in_other_steps_back_the_second_source_goes_no_further_than_it_came(stride):
+    """The first one was not quite at its limit when the second one began to move."""
+    turn, length = track(0.2, Source('/lift', 1)), track(-2.0, Source('/lift', 2))
+    height, last = math.cos(turn) * length * length, {}
+    for number in [*range(0, 60, 5), *range(60, -1, -stride), 0]:
+        wanted = float(height) + number / 200
+        last = continued([height], [wanted], last)
+        assert evaluate(height, last) == pytest.approx(wanted)
+    assert last == {}
+
+
 def test_an_answer_that_can_only_be_reached_by_a_jump_is_none():
     x = track(1.0, Source('/wave', 1))
     wave = math.sin(x) + 0.2 * x
@@ -234,3 +246,20 @@ def test_where_few_joints_do_not_suffice_all_move():
         last = {**last, **continued(results, target, last, bounds=bounds)}
         assert evaluate(results, last) == pytest.approx(target)
     assert abs(last[Source('/arm', 2)] - 0.7) > 0.05
+
+
+def test_the_first_source_follows_the_hand_though_another_would_move_less():
+    offset, length = Source('/lever', 1), Source('/lever', 2)
+    tip = track(1.0, offset) + 10.0 * track(1.0, length)
+    last = source_values([tip])
+    for number in [*range(1, 20), *range(20, 0, -1)]:
+        last = continued([tip], [11.0 + number / 100], last)
+        assert last == {offset: pytest.approx(1.0 + number / 100)}
+    assert continued([tip], [11.0], last) == {}
+
+
+def test_numbers_of_unlike_size_follow_the_hand_where_their_results_have_one_answer():
+    size, bend = Source('/plate', 1), Source('/plate', 2)
+    lift = track(3e-4, bend) * 1000.0
+    results = [track(860.0, size) / 1000.0 + lift, lift]
+    assert continued(results, [1.2, 0.31], source_values(results)) == {size: 890.0, bend: 0.00031}

@@ -25,9 +25,9 @@ written less often, in proportion: at 100 Hz, it takes 2 % of a core."""
 LONGEST_PAUSE = 1.0
 """The longest time in seconds between whole messages of one thing, whatever they cost."""
 
-COMES_ROUND = 2 * LONGEST_PAUSE
-"""What has not been known for so many seconds, in which all publishers have sent whole messages more than once, comes
-from the messages themselves: nodes read each other."""
+COMES_ROUND = 2 * LONGEST_PAUSE, 20
+"""What has not been known for so many seconds, in which all publishers have sent whole messages more than once, and in
+so many messages, comes from the messages themselves: nodes read each other."""
 
 TOGETHER = 0.06
 """The time in seconds, from the beginning of each second, in which all messages are whole: what a node computes of
@@ -121,7 +121,8 @@ class SampledProvenance:
         self._rate = rate
         self._clock, self._shared_clock = clock, shared_clock
         self._due: Dict[Hashable, float] = {}
-        self._unknown_since: Dict[Hashable, float] = {}  # of things of which a whole message was due
+        # Of things of which a whole message was due: since when they depend on what is not known, and in how many.
+        self._unknown: Dict[Hashable, Tuple[float, int]] = {}
         self._state: Any = None
         self._is_costly = False
         self._last: Optional[Encoding] = None  # of the last message if it was costly
@@ -153,14 +154,16 @@ class SampledProvenance:
         start = time.thread_time()
         encoding = encoding_to_send(message, full_history, self._last)
         if encoding.data == SAMPLED:
-            if len(self._unknown_since) >= MOST_THINGS:
-                self._unknown_since.clear()
-            since = self._unknown_since.setdefault(untracked(thing), now)
-            if now - since > COMES_ROUND:
+            if len(self._unknown) >= MOST_THINGS:
+                self._unknown.clear()
+            since, count = self._unknown.get(thing, (now, 0))
+            self._unknown[untracked(thing)] = since, count + 1
+            seconds, messages = COMES_ROUND
+            if now - since > seconds and count >= messages:
                 encoding = encoding_to_send(message, full_history, None, cuts_unknown=True)
         data = encoding.data
         if data != SAMPLED:
-            self._unknown_since.pop(thing, None)
+            self._unknown.pop(thing, None)
         if data and data != SAMPLED:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()

@@ -69,12 +69,12 @@ def plan(
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     try:
         after = values.continued(tracked, targets, here, **limits)
-        return Plan(present, _rounded(after, tracked, resolution, limits))
+        return Plan(present, _rounded(after, present, tracked, resolution, limits))
     except values.NotInvertible:
         if may_leap:
             with contextlib.suppress(values.NotInvertible):
                 after = values.solve(list(tracked), list(targets), **limits)
-                return Plan(present, _rounded(after, tracked, resolution, limits))
+                return Plan(present, _rounded(after, present, tracked, resolution, limits))
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
         after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
@@ -103,21 +103,31 @@ def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.So
 
 
 def _rounded(
-    after: Dict[values.Source, Any], tracked: Sequence[Any], resolution: float, limits: Mapping[str, Any]
+    after: Dict[values.Source, Any],
+    present: Dict[values.Source, Any],
+    tracked: Sequence[Any],
+    resolution: float,
+    limits: Mapping[str, Any],
 ) -> Dict[values.Source, Any]:
     """The roundest floats that bring tracked values to within half a resolution of where an answer brings them.
 
-    A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there.
+    A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there. Each
+    is moved by no more than its slopes allow, and than the answer itself moves it: 0 is as good as a whole turn, and as
+    any angle if the radius is 0, and would be a jump.
     """
     bounds = {source: limits['bounds'].get(source, (None, None)) for source in after}
     floats = [source for source, value in after.items() if type(value) is float and value not in bounds[source]]
     exact = [float(value) for value in values.evaluate(list(tracked), after)]
+    slopes = values.slopes(values.reapply(list(tracked), after))
     for number, source in enumerate(floats, 1):
         allowed = 0.5 * resolution * number / len(floats)
+        steepest = max(map(abs, slopes[source]))
         low, high = (inf if bound is None else bound for bound, inf in zip(bounds[source], (-math.inf, math.inf)))
         for rounder in (0.0, *(float(f'{after[source]:.{digits}g}') for digits in range(1, DIGITS))):
             trial = {**after, source: rounder}
-            if low <= rounder <= high and _is_within(allowed, tracked, trial, exact):
+            way = abs(rounder - after[source])
+            is_near = way * steepest <= allowed and way <= abs(after[source] - present[source])
+            if low <= rounder <= high and is_near and _is_within(allowed, tracked, trial, exact):
                 after = trial
                 break
     return after

@@ -29,7 +29,7 @@ from .system import FOLLOWED_STEPS, System
 JUMP = 5.0
 """A step is a jump if it is this many times as long as its slopes predict."""
 
-SINGULAR = 1e-6
+SINGULAR = 1e-10
 """The damping of directions in which the results hardly move, for the length that the slopes predict."""
 
 HALF_TURN = math.pi
@@ -122,7 +122,8 @@ class Path(System):
         return x
 
     def is_continuous(self, last: Point, x: Point) -> bool:
-        """Return True if the slopes between two points explain the distance between them, so that it is not a jump."""
+        """Return True if the slopes between two points explain the distance between them, so that it is no jump: those
+        of the unknowns that differ, as the others are held, also if they would need to move less."""
         way = [value - old for value, old in zip(x, last)]
         length = self._length(way)
         if length <= RELATIVE * max([1.0] + [abs(value) / scale for value, scale in zip(x, self._scales)]):
@@ -136,12 +137,24 @@ class Path(System):
             values = self._tried([old + number / 4 * step for old, step in zip(last, way)])
             if values is None:
                 return False
-            rows = self._jacobian(values, self._equations)
+            rows = [
+                {place: slope for place, slope in row.items() if way[place]}
+                for row in self._jacobian(values, self._equations)
+            ]
             try:
                 asked.append(self._length(shortest_step(rows, moved, self._scales, SINGULAR)))
             except UNDEFINED:
                 return False
         return length <= JUMP * sorted(asked)[len(asked) // 2]
+
+    def is_on_the_way(self, last: Point, x: Point) -> bool:
+        """Return True if a point is on a way without a jump from the last one to what one result should become."""
+        before, after = self._tried(last), self._tried(x)
+        if before is None or after is None:
+            return False
+        (equation,) = self._equations
+        gone, left = after[equation.place] - before[equation.place], equation.wanted - after[equation.place]
+        return bool(gone * left > 0) and self.is_continuous(last, x)
 
 
 def _along(row: Mapping[int, float], way: Sequence[float]) -> float:
@@ -212,7 +225,7 @@ def _group_continued(
 ) -> Dict[Source, Value]:
     """Continue the last answer without a jump, for a group of results that share sources."""
     graph = Graph(x for _, x, _ in goals)
-    here = {source: last[source] for source in graph.occurrences if source in last}
+    here = _changed(graph, {source: last[source] for source in graph.occurrences if source in last})
     movable = [source for source in freedom.ranked(graph.occurrences) if freedom.allows(source)]
     floats = [source for source in movable if holds_floats(graph, source)]
     anew: Dict[Source, Value] = {}
@@ -265,12 +278,16 @@ def _moved_first(graph: Graph, goals: List[Goal], floats: List[Source], freedom:
 def _one_more(
     graph: Graph, goal: Goal, floats: List[Source], freedom: Freedom, here: Mapping[Source, Value], path: Path
 ) -> Dict[Source, Value]:
-    """Move a second source when the first is at its limit; on the way back, the second one moves first."""
+    """Move a second source when the first is at its limit; on the way back, the second one moves first, as far as to
+    where it began."""
     _, value, wanted = goal
     x = [float(here.get(source, start)) for source, start in zip(floats, path.start)]
     reason: Optional[NotInvertible] = None
     for source in sorted(floats, key=lambda one: one not in here or -floats.index(one)):
         others = {one: new for one, new in here.items() if one != source}
+        back = [float(others.get(one, start)) for one, start in zip(floats, path.start)]
+        if source in here and path.is_on_the_way(x, back):
+            return _one_more(graph, goal, floats, freedom, others, path)
         try:
             found = solve_one(value, wanted, freedom._replace(only=[source]), others)
         except NotInvertible as error:
