@@ -3,6 +3,7 @@
 import collections
 import gc
 import itertools
+import sys
 import threading
 import types
 import weakref
@@ -12,7 +13,7 @@ import pytest
 import rosslt
 from rosslt import numpy as tracked_numpy
 from rosslt import values
-from rosslt.node.memory import remembered
+from rosslt.node.memory import remembered, walk
 from rosslt.node.memory.remembered import Following, Memory
 
 NUMBERS = itertools.count(1)
@@ -258,3 +259,17 @@ def test_local_variables_of_a_function_end_with_the_next_change(node):
     thread.join()
     node.change(3.0)
     assert references[0]() is None
+
+
+@pytest.mark.parametrize('is_collected', [True, False])
+def test_no_garbage_is_collected_while_python_lists_the_frames_of_threads(monkeypatch, is_collected):
+    """CPython before 3.11.5 may wait for itself then, for ever."""
+    seen, current_frames = [], sys._current_frames
+    monkeypatch.setattr(sys, '_current_frames', lambda: seen.append(gc.isenabled()) or current_frames())
+    was_collected = gc.isenabled()
+    try:
+        (gc.enable if is_collected else gc.disable)()
+        list(walk.running())
+        assert (seen, gc.isenabled()) == ([False], is_collected)
+    finally:
+        (gc.enable if was_collected else gc.disable)()

@@ -327,7 +327,7 @@ def running() -> Iterator[types.FrameType]:
     A function that rospy or another package calls in a thread is a round of its own. In the main thread, all count.
     """
     main = threading.main_thread().ident
-    for thread, frame in list(sys._current_frames().items()):
+    for thread, frame in _current_frames().items():
         stack = []
         outer: Optional[types.FrameType] = frame
         while outer is not None:
@@ -341,3 +341,15 @@ def running() -> Iterator[types.FrameType]:
                     yield one
             elif thread != main:
                 break
+
+
+def _current_frames() -> Dict[int, types.FrameType]:
+    """The frame of each thread. Garbage is collected later: CPython before 3.11.5 holds a lock meanwhile for which a
+    destructor may wait for ever (its issue 106883)."""
+    is_collected = gc.isenabled()
+    gc.disable()
+    try:
+        return sys._current_frames()
+    finally:
+        if is_collected:
+            gc.enable()
