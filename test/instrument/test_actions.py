@@ -27,13 +27,19 @@ while not rospy.is_shutdown():
         rate.sleep()
 """
 
+#: An action takes some time. If it ended before `send_goal` has returned, actionlib's client would miss its end and
+#: wait for ever, also under plain rospy: `simple_action_client.py` sets `gh` only then.
 SERVER = """
 import actionlib
 import rospy
 from move_base_msgs.msg import MoveBaseAction
 
+def execute(_):
+    rospy.sleep(0.1)
+    server.set_succeeded()
+
 rospy.init_node('patrolled_server')
-server = actionlib.SimpleActionServer('patrolled', MoveBaseAction, lambda _: server.set_succeeded(), False)
+server = actionlib.SimpleActionServer('patrolled', MoveBaseAction, execute, False)
 server.start()
 rospy.spin()
 """
