@@ -388,7 +388,7 @@ def _name(name: str, where: ast.AST) -> ast.Name:
 
 
 def _loaded(target: Any) -> Any:
-    """A name, or an attribute of one, that is read if it was assigned."""
+    """A name, or an attribute of one, that is read where it was assigned."""
     read = copy.copy(target)
     read.ctx = ast.Load()
     return read
