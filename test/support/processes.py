@@ -1,6 +1,7 @@
 """Nodes in processes of their own, for the suites beside this file: written as text, started, stopped."""
 
 import atexit
+import contextlib
 import os
 import signal
 import socket
@@ -12,6 +13,7 @@ import time
 import xmlrpc.client
 
 import rosgraph
+import rosnode
 import rospy
 
 from support.fork_server import Program
@@ -152,6 +154,17 @@ def node_pid(uri):
         return xmlrpc.client.ServerProxy(uri).getPid('/test')[2]
     except OSError:
         return None
+
+
+def forget_node(name):
+    """Take what a killed node registered out of the master.
+
+    The master would go on calling the dead node's port. The system gives that port to other processes: a node whose
+    topics come through it waits for ever for the header of a connection that is the master's.
+    """
+    # it had registered nothing, or the master is gone
+    with contextlib.suppress(rosgraph.MasterException, rosnode.ROSNodeException, OSError):
+        rosnode.cleanup_master_blacklist(rosgraph.Master('/test'), [name])
 
 
 def wait_until_hears(subscriber, publisher):

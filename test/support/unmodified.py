@@ -9,7 +9,7 @@ import threading
 import rosgraph
 
 import rosslt
-from support.processes import node_pid, wait_until
+from support.processes import forget_node, node_pid, wait_until
 
 
 class Unmodified:
@@ -70,6 +70,8 @@ class Unmodified:
         if lives:
             self.process.kill()
         output, errors = self.process.communicate()
+        if self.process.returncode:
+            forget_node(self.name)
         # shown where the test fails
         print(f'{self.name} {"lived" if lives else "had ended"}, and said:', output, errors, sep='\n')
 
