@@ -175,4 +175,5 @@ def test_slopes_beyond_all_floats_do_no_harm(caplog):
     message = Float64MultiArray(data=[y * y + y, track(1.5, TWO)])
     for full in (False, True):
         assert sources(decode(in_band(message), Float64MultiArray).message.data[1]) == [TWO]
-        encode(message, full)
+        assert encode(message, full)
+    assert 'failed' not in caplog.text

@@ -9,7 +9,7 @@ It may import `values`, genpy, genmsg and rospkg. Its door is this module.
 - `msg_files`: the generator of tracked message types.
 """
 
-from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, make_unknown, provenance_to_send
+from rosslt.messages.codec import NO_READINGS, SAMPLED, Readings, attach, encode, make_unknown
 from rosslt.messages.errors import BadHeader, UnknownType
 from rosslt.messages.field_path import (
     NoSuchPart,

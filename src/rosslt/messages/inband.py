@@ -10,7 +10,7 @@ import logging
 import struct
 from typing import Any, BinaryIO, Callable, NamedTuple, Optional, Tuple, Union
 
-from rosslt.messages.codec import NO_READINGS, Readings, attach, provenance_to_send
+from rosslt.messages.codec import NO_READINGS, Readings, attach, encode
 from rosslt.messages.errors import BadHeader
 from rosslt.messages.fields import Message, MessageClass
 from rosslt.messages.tracked_types import is_tracked_type
@@ -31,7 +31,7 @@ def append_provenance(message: Message, buff: BinaryIO, provenance: Optional[byt
         buff: where rospy gathers what it sends.
         provenance: as `encode` gave it, b'' for none; by default it is encoded now.
     """
-    data = provenance_to_send(message) if provenance is None else provenance
+    data = encode(message) if provenance is None else provenance
     if data:
         buff.write(data + _FOOTER.pack(len(data), MAGIC))
 

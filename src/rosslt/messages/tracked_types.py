@@ -14,7 +14,7 @@ import genpy.dynamic
 import genpy.generator
 import genpy.message
 
-from rosslt.messages.codec import attach, provenance_to_send
+from rosslt.messages.codec import attach, encode
 from rosslt.messages.errors import UnknownType
 from rosslt.messages.fields import Message, MessageClass
 from rosslt.messages.msg_files.definitions import (
@@ -160,7 +160,7 @@ def wrap(message: Message, tracked_class: MessageClass, provenance: Optional[byt
             'expected a message of type %s for %s, found one of type %s'
             % (tracked._slot_types[1], tracked._type, message._type)
         )
-    tracked.provenance.data = provenance_to_send(message) if provenance is None else provenance
+    tracked.provenance.data = encode(message) if provenance is None else provenance
     tracked.data = message
     return packed_arrays(tracked_class)(tracked)
 

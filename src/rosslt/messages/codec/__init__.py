@@ -5,5 +5,5 @@ front (`table_writer`, `table_reader`), and the expressions that are not affine 
 """
 
 from rosslt.messages.codec.decoder import NO_READINGS, Readings, attach, make_unknown
-from rosslt.messages.codec.encoder import Encoding, encode, encoding_to_send, provenance_to_send
+from rosslt.messages.codec.encoder import Encoding, encode, encoding_to_send
 from rosslt.messages.codec.wire_format import SAMPLED

@@ -7,12 +7,7 @@ of which sources, with which coefficients.
 import itertools
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt.messages.codec.expressions import (
-    TERM_LIMIT,
-    are_too_many,
-    packed_instructions,
-    register,
-)
+from rosslt.messages.codec.expressions import TERM_LIMIT, are_too_many, packed_instructions, register
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable, Unknown
 from rosslt.messages.codec.varint import packed
 from rosslt.messages.codec.wire_format import (
@@ -28,17 +23,7 @@ from rosslt.messages.codec.wire_format import (
 from rosslt.messages.fault_log import warn_once
 from rosslt.messages.fields import TYPE_OF_KIND, Message, Scalar
 from rosslt.messages.walkers import walkers
-from rosslt.values import (
-    AFFINE,
-    SOURCE,
-    UNKNOWN,
-    Source,
-    affine,
-    disassemble,
-    linearized,
-    sources,
-    untracked,
-)
+from rosslt.values import AFFINE, SOURCE, UNKNOWN, Source, affine, disassemble, linearized, sources, untracked
 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
@@ -59,21 +44,6 @@ class Encoding(NamedTuple):
         """Return whether it is of the very same leaves: a message that is filled once and sent again has them."""
         same = [(index, id(value)) for index, value, _ in leaves] == [(at, id(value)) for at, value, _ in self.leaves]
         return same and self.full_history is full_history
-
-
-def encode(message: Message, full_history: bool = False) -> bytes:
-    """The provenance of a message's tracked leaves.
-
-    Args:
-        message: any ROS message.
-        full_history: send expressions as they were recorded, for explaining, instead of what they come to; a message
-            with more than INSTRUCTION_LIMIT operations is sent without.
-
-    Returns:
-        b'' if no leaf is tracked, SAMPLED if one depends on `values.UNKNOWN`. A leaf whose
-        provenance cannot be sent (see docs/messages.md) is left out, with a warning on rosout.
-    """
-    return _encoded_within_limit(message, sent_fields(message), full_history)
 
 
 def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bool) -> bytes:
@@ -116,16 +86,26 @@ def sent_fields(message: Message) -> List[Leaf]:
     return found
 
 
-def provenance_to_send(message: Message, full_history: bool = False) -> bytes:
-    """`encode`, for a message that must be sent in any case: b'' with a warning on rosout if encoding fails in a way
-    that no check foresaw."""
+def encode(message: Message, full_history: bool = False) -> bytes:
+    """The provenance of a message's tracked leaves.
+
+    Args:
+        message: any ROS message.
+        full_history: send expressions as they were recorded, for explaining, instead of what they come to; a message
+            with more than INSTRUCTION_LIMIT operations is sent without.
+
+    Returns:
+        b'' if no leaf is tracked, SAMPLED if one depends on `values.UNKNOWN`. A leaf whose provenance cannot be sent
+        (see docs/messages.md) is left out, with a warning on rosout, and so are all if encoding them fails in a way
+        that no check foresaw: a message must be sent in any case.
+    """
     return encoding_to_send(message, full_history, None).data
 
 
 def encoding_to_send(
     message: Message, full_history: bool, before: Optional[Encoding], cuts_unknown: bool = False
 ) -> Encoding:
-    """The same, with what it is of; `before` itself if it is of the same leaves.
+    """`encode`, with what it is of; `before` itself if it is of the same leaves.
 
     Args:
         cuts_unknown: send what depends on what is not known as plain.

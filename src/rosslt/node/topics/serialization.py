@@ -56,7 +56,7 @@ Provenance = Callable[[Message], bytes]
 
 def whole_provenance(message: Message) -> bytes:
     """The provenance of a message that is always whole."""
-    return messages.provenance_to_send(message, Sending.full_history)
+    return messages.encode(message, Sending.full_history)
 
 
 def serializer(
