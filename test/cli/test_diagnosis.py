@@ -128,6 +128,11 @@ class TestDoctor:
             sent,
         )
 
+    def test_leaves_no_warning_in_the_log_of_the_node(self, nodes):
+        findings('/gate')
+        findings('/gate')  # the warning of the first one has come by now
+        assert 'connection failed' not in nodes.logged()
+
     def test_counts_whole_sampled_and_plain_messages(self, nodes):
         fast = """
             publisher = rosslt.Publisher('fast', Float64, queue_size=10)

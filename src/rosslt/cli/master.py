@@ -8,6 +8,7 @@ import xmlrpc.client
 from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import rosgraph
+import rosgraph.network
 
 from rosslt.cli.failure import Failure, did_it_begin_with
 
@@ -135,6 +136,8 @@ def _is_refused(found: Dict[str, Optional[OSError]]) -> bool:
 def _connections(master: rosgraph.Master, node: str) -> Dict[str, Optional[OSError]]:
     """{address: what a connection to it raises, or None} of a node, as the master knows it."""
     found: Dict[str, Optional[OSError]] = {}
+    # without it, the service would warn of a connection that ended before its header came
+    probe = {'probe': '1', 'md5sum': '*', 'callerid': master.caller_id, 'service': node + LIST_SERVICE}
     for look_up, name in ((master.lookupNode, node), (master.lookupService, node + LIST_SERVICE)):
         try:
             with default_timeout(TIMEOUT):
@@ -145,7 +148,9 @@ def _connections(master: rosgraph.Master, node: str) -> Dict[str, Optional[OSErr
         if host and port:
             found[address.netloc] = None
             try:
-                socket.create_connection((host, port), TIMEOUT).close()
+                with socket.create_connection((host, port), TIMEOUT) as connection:
+                    if look_up == master.lookupService:
+                        rosgraph.network.write_ros_handshake_header(connection, probe)
             except OSError as error:
                 found[address.netloc] = error
     return found
