@@ -348,6 +348,8 @@ class Examination:
                     yield Finding(NOTE, f'a change of {place.name} {place.location.at_next_start}')
                 else:
                     can_change.append(place.name)
+                    if place.location.plain_copies:
+                        yield Finding(NOTE, f'of a change of {place.name}, {place.location.plain_copies}')
         if can_change:
             yield Finding(FINE, 'it comes from ' + ', '.join(can_change))
         elif sources:

@@ -15,15 +15,15 @@ from rosslt.node import Directory, Place
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
 DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
-what the code says if the value is one of an earlier run, whether a change takes effect at the next start only, and who
-has locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
+what the code says if the value is one of an earlier run, what takes a change at the next start only, and who has
+locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
 EXAMPLE = """\
 example:
   rosslt list /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), why a
-change takes effect at the next start only (empty: it takes effect at once).
+empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), what
+takes a change at the next start only (empty: all that came of it follows at once).
 """
 ARGUMENTS = [
     Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
@@ -69,7 +69,7 @@ def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> 
         (
             f'the code says {place.location.literal}' if place.location.remembered else '',
             place.location.fault,
-            place.location.at_next_start,
+            place.next_start,
             note_of(access, place.location.id),
         )
         for place in places
@@ -92,5 +92,5 @@ def _write(_node: str, places: List[Place], access: srv.LockLocationsResponse) -
             place.file,
             location.literal if location.remembered else '',
             '; '.join(filter(None, [location.fault, *notes_of(access), note_of(access, location.id)])),
-            location.at_next_start,
+            place.next_start,
         )
