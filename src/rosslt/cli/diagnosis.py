@@ -334,7 +334,8 @@ class Examination:
         can_change = []
         for node in dict.fromkeys(source.node for source in sources):
             why = None if node in self._state.tracked_nodes else 'it has ended, so its locations cannot be changed'
-            why = why or problem_of(self._master, node) or ''.join(map(note_of, locks_of([node]).values()))
+            locks = locks_of([node])
+            why = why or problem_of(self._master, node) or ''.join(map(note_of, locks.values()))
             if why:
                 yield Finding(FAULT, f'{node}: {why}')
                 continue
@@ -343,7 +344,8 @@ class Examination:
                 if place is None:
                     yield Finding(FAULT, f'{node} does not know the location {source}: it was started with other code')
                 elif place.location.read_only:
-                    yield Finding(NOTE, f'{place.name} is read-only')
+                    lock = ''.join(note_of(answer, source.location_id) for answer in locks.values())
+                    yield Finding(NOTE, f'{place.name} is {lock or "read-only"}')
                 elif place.location.at_next_start:
                     yield Finding(NOTE, f'a change of {place.name} {place.location.at_next_start}')
                 else:
