@@ -222,6 +222,7 @@ class Examination:
         self._losses = losses
         self._types: Dict[str, str] = dict(master.getTopicTypes())
         self._about: Dict[str, About] = {}
+        self._recording_said: Set[str] = set()  # nodes: it is the same for all of their topics
 
     def _about_node(self, node: str) -> About:
         if node not in self._about:
@@ -280,8 +281,9 @@ class Examination:
             lines = self._losses.of(publisher) if not all(sent.fields.values()) else ''
             if lines:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {lines}')
-            recording = self._losses.recording_of(publisher)
+            recording = self._losses.recording_of(publisher) if publisher not in self._recording_said else ''
             if recording:
+                self._recording_said.add(publisher)
                 yield Finding(FINE, recording)
 
     def _of_fields(self, fields: Dict[str, List[values.Source]], publisher: str) -> Iterator[Finding]:
