@@ -151,8 +151,20 @@ class TestList:
             assert why in on_terminal('list', '/faulty')
             assert failure('get', '/faulty/port') == f'rosslt get: /faulty/port has no value: {why}'
 
-    def test_of_a_node_that_is_not_there_fails(self, talker):
-        assert failure('list', '/nobody') == 'rosslt list: there is no node /nobody with locations'
+    def test_of_one_location_prints_that(self, talker):
+        every = lines('list', '/talker')
+        for text in '/talker/radius', 'talker/radius', '/talker/~parking/1', '/talker//height':
+            name = '/' + text.lstrip('/')
+            assert lines('list', text) == [line for line in every if line[0] == name]
+        assert on_terminal('list', '/talker/fixed').split()[:2] == ['/talker', 'fixed']
+
+    def test_of_what_is_not_there_says_what_may_be_meant(self, talker):
+        none = 'rosslt list: there is no node {} with locations'.format
+        assert failure('list', '/nobody') == none('/nobody')
+        assert failure('list', '/taker/radius') == none('/taker/radius') + ' (did you mean /talker?)'
+        assert failure('list', '/talker/radiu') == (
+            'rosslt list: /talker has no location radiu (did you mean radius?); see rosslt list /talker'
+        )
 
 
 class TestGetAndSet:

@@ -49,7 +49,7 @@ def completions(line):
     [
         ('rosslt s', ['save ', 'set ']),
         ('rosslt undo /', ['/relay ', '/talker ']),
-        ('rosslt list t', ['talker ']),
+        ('rosslt list t', ['talker ', 'talker/']),
         ('rosslt get /t', ['/talker/']),
         ('rosslt get /talker/f', ['/talker/frame ', '/talker/fixed ']),
         ('rosslt set talker/~parking/', ['talker/~parking/0 ', 'talker/~parking/1 ']),

@@ -60,7 +60,7 @@ class TestLock:
     def test_a_locked_location_refuses_with_who_and_why_until_it_is_unlocked(self, owner):
         assert rosslt('lock', '/safe/x', '--reason', 'the robot is running').returncode == 0
         assert failure('set', '/safe/x', '4') == (
-            f'rosslt set: /safe refuses: x is locked by {ME}: the robot is running'
+            f'rosslt set: /safe refuses: /safe/x is locked by {ME}: the robot is running'
         )
         assert rosslt('set', '/safe/y', '5').returncode == 0
         assert who('/safe/x') == f'locked by {ME}: the robot is running'
@@ -89,16 +89,22 @@ class TestLock:
     def test_what_is_locked_stays_and_another_source_is_changed(self, owner):
         rosslt('lock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/y', '7')] == [['/safe/y', '2.0', '6.0']]
-        assert f'/safe: x is locked by {ME}' in failure('force', '/safe/place/x', '3')
+        assert f'/safe: /safe/x is locked by {ME}' in failure('force', '/safe/place/x', '3')
         rosslt('unlock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/x', '3')] == [['/safe/x', '1.0', '3.0']]
+
+    def test_a_locked_parameter_is_named_in_full_and_by_the_doctor(self, owner):
+        rosslt('lock', '/safe/~z', '--reason', 'measured')
+        why = f'is locked by {ME}: measured'
+        assert failure('set', '/safe/~z', '4') == f'rosslt set: /safe refuses: /safe/z {why}'
+        assert ['note', f'/safe/~z {why}'] in [line[2:] for line in lines('doctor', '/safe/place', '--time', '1')]
 
     def test_it_holds_over_a_restart(self, owner):
         rosslt('lock', '/safe/x', '--reason', 'calibrated')
         owner.stop(signal.SIGKILL)
         owner.start()
         wait_until(lambda: len(lines('list', '/safe')) == 3, 'all locations are there')
-        assert 'x is locked by' in failure('set', '/safe/x', '4')
+        assert '/safe/x is locked by' in failure('set', '/safe/x', '4')
         assert who('/safe/x') == f'locked by {ME}: calibrated'
 
     def test_names_what_is_not_there(self, owner):

@@ -41,6 +41,73 @@ def test_name_says_where_a_number_stands(text, name):
     assert names(text) == [name]
 
 
+PID = """
+class PID:
+    def __init__(self, kp, ki, kd=0): pass
+"""
+
+LIMITS = """
+@dataclass(frozen=True)
+class Limits:
+    kind: ClassVar[int]
+    low: float
+    high: float
+"""
+
+CLAMP = """
+def clamp(value, low, high): pass
+"""
+
+
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [
+        (PID + 'pid = PID(0.5, 1.5, 2.5)', ['pid.kp', 'pid.ki', 'pid.kd']),
+        (PID + 'self.pid = PID(0.5, ki=1.5)', ['pid.kp', 'pid.ki']),
+        (PID + 'pids = [PID(0.5, 1.5), PID(2.5, 3.5)]', ['pids.0.kp', 'pids.0.ki', 'pids.1.kp', 'pids.1.ki']),
+        (PID + 'pid = PID(0.5)', ['pid']),
+        (PID + 'class Mine(PID): pass\npid = Mine(0.5, 1.5)', ['pid.kp', 'pid.ki']),
+        (LIMITS + 'limits = Limits(0.5, 1.5)', ['limits.low', 'limits.high']),
+        (CLAMP + 'x = clamp(y, 0.5, 1.5)', ['x.low', 'x.high']),
+        (CLAMP + 'clamp(y, 0.5, 1.5)', ['clamp.low', 'clamp.high']),
+        ('from a import *' + CLAMP + 'x = clamp(y, 0.5, 1.5)', ['x.low', 'x.high']),
+        ('class A:\n def f(self, x, y): self.f(0.5, 1.5)', ['f.x', 'f.y']),
+        ('class A:\n @staticmethod\n def f(x, y): pass\n def g(self): self.f(0.5, 1.5)', ['f.x', 'f.y']),
+    ],
+)
+def test_arguments_have_the_names_of_their_parameters(text, expected):
+    assert names(text) == expected
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'from control import PID\npid = PID(0.5, 1.5)',
+        PID + 'from control import *\npid = PID(0.5, 1.5)',
+        PID + 'from control import PID\npid = PID(0.5, 1.5)',
+        PID + PID + 'pid = PID(0.5, 1.5)',
+        PID + 'def f(PID):\n    pid = PID(0.5, 1.5)',
+        PID + 'PID = other\npid = PID(0.5, 1.5)',
+        '@wrapped' + PID + 'pid = PID(0.5, 1.5)',
+        PID.replace('PID', 'PID(metaclass=Made)') + 'pid = PID(0.5, 1.5)',
+        PID.replace('__init__', 'update') + 'pid = PID(0.5, 1.5)',
+        PID.replace('(self', '(*self') + 'pid = PID(0.5, 1.5)',
+        LIMITS.replace('float', 'float = field()') + 'pid = Limits(0.5, 1.5)',
+        LIMITS.replace('frozen', 'init') + 'pid = Limits(0.5, 1.5)',
+        '@wrapped' + CLAMP + 'pid = clamp(0.5, 1.5)',
+        'class A:\n def pid(self, x, y): self.pid(0.5, 1.5)\nclass B(A):\n def pid(self, a, b): pass',
+        'class A:\n def pid(self, x, y): self.pid(0.5, 1.5)\nA.pid = other',
+        'class A:\n @wrapped\n def pid(self, x, y): self.pid(0.5, 1.5)',
+    ],
+)
+def test_parameters_that_are_not_known_are_not_guessed(text):
+    assert names(text) == ['pid.0', 'pid.1']
+
+
+def test_what_stands_behind_a_starred_argument_is_not_known():
+    assert names(PID + 'pid = PID(0.5, *others, 1.5)') == ['pid.kp', 'pid.2']
+
+
 def test_no_two_have_the_same_name():
     assert names('goto(1.0, 2.0)\ngoto(1.0, 2.0)\nx = 2.0 * y + 1.0') == [
         'goto.0',

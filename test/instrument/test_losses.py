@@ -133,12 +133,14 @@ import rospy
 from std_msgs.msg import Float64
 rospy.init_node('recording')
 pub = rospy.Publisher('recorded', Float64, queue_size=1)
+other = rospy.Publisher('beside', Float64, queue_size=1)
 gain = 0.5
 while not rospy.is_shutdown():
     total = gain
     for n in range(2000):
         total = total * 0.999 + gain * 0.001  # here
     pub.publish(total)
+    other.publish(gain)
     rospy.sleep(0.01)
 """
 
@@ -147,5 +149,8 @@ def test_the_doctor_says_what_recording_costs_and_where(master, tmp_path):
     with Unmodified(tmp_path, 'recording', RECORDING.lstrip()), Listener('recorded', Float64) as heard:
         heard.comes(lambda message: values.is_tracked(message.data))
         (said,) = [text for kind, text in findings('/recorded') if 'recording takes' in text]
+        examined = command('doctor', '--time', '1').stdout
+        assert all(f'{topic}\tstd_msgs/Float64\tok' in examined for topic in ('/recorded', '/beside'))
+        assert examined.count('recording takes') == 1  # once for the node
     assert re.match(r'recording takes [1-9]\d? % of the CPU time of /recording, most of it at recording.py:', said)
     assert 'total = total * 0.999 + gain * 0.001  # here' in said

@@ -47,6 +47,36 @@ while not rospy.is_shutdown():
 """
 
 
+PARTLY = """\
+import rospy
+from geometry_msgs.msg import Point
+
+PAUSE = 0.5
+rospy.init_node('partly')
+ONCE = rospy.Duration(PAUSE * 2.0)
+
+class Partly:
+    def __init__(self):
+        rate = rospy.get_param('~rate', 20.0)
+        self.rate = rospy.Rate(rate)
+        self.dt = 1.0 / rate
+        self.period = rospy.get_param('~period', 0.05)
+        self.start()
+        self.pub = rospy.Publisher('~place', Point, queue_size=1)
+
+    def start(self):
+        self.wait = rospy.Duration(self.period)
+
+    def run(self):
+        while not rospy.is_shutdown():
+            self.start()
+            self.pub.publish(self.dt, self.period, PAUSE)
+            self.rate.sleep()
+
+rospy.Timer(rospy.Duration(1.0 / rospy.get_param('~watch', 2.0)), lambda event: None)
+Partly().run()
+"""
+
 CONTROLLER = """\
 import rospy
 from geometry_msgs.msg import Point
@@ -122,6 +152,23 @@ def test_an_unmodified_node_says_so_too(master, tmp_path):
         found = late('/unmodified')
         assert {name for name, why in found.items() if why} == {'~rate', 'said'}
         assert found['~limit'] == found['SPEED'] == found['TIMES'] == found['~y'] == ''
+
+
+def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
+    with Unmodified(tmp_path, 'partly', PARTLY), Listener('partly/place', Point) as heard:
+        heard.next()
+        said = 'rospy.{} at partly.py:{} takes it at the next start'.format
+        of_rate, of_pause = said('Rate', 11), said('Duration', 6)
+        wait_until(lambda: late('/partly').get('~rate') == of_rate, 'the first round')
+        found = late('/partly')
+        assert (found['PAUSE'], found['~period']) == (of_pause, '')  # the Duration of the period is made again
+        assert 'nothing that the node keeps came of it' in found['~watch']
+        assert rosslt('set', '/partly/~period', '0.1').stderr == ''
+        assert rosslt('set', '/partly/~rate', '10').stderr == f'rosslt set: {of_rate}; the rest follows\n'
+        heard.comes(lambda message: message.x == 0.1)
+        examined = rosslt('doctor', '/partly/place', '--time', '1').stdout
+        assert f'of a change of /partly/~rate, {of_rate}' in examined
+        assert '/partly/~rate' in next(line for line in examined.splitlines() if 'it comes from' in line)
 
 
 def test_what_an_init_has_set_and_others_have_set_since_says_so(master, tmp_path):

@@ -48,6 +48,8 @@ from rosslt.web.location_inputs import hint
 origins = {'/n/height': {'file': '/my.launch', 'said': 2.0}}
 for name in ('/n/width', '/n/height', 'radius'):
     print(hint(Place('/n', msg.Location(name=name, file='/n.py', line=7)), origins))
+late = 'rospy.Rate at n.py:9 takes it at the next start'
+print(hint(Place('/n', msg.Location(name='rate', file='/n.py', line=7, plain_copies=late)), origins))
 """
 
 #: The folders of files with few and with many fields, and the buttons that open them, before and after more have come
@@ -146,6 +148,7 @@ def test_the_hint_of_a_parameter_says_where_it_is_given():
         'a parameter, read at /n.py:7',
         'given in /my.launch, read at /n.py:7',
         '/n.py:7',
+        '/n.py:7, rospy.Rate at n.py:9 takes it at the next start',
     ]
 
 

@@ -222,6 +222,7 @@ class Examination:
         self._losses = losses
         self._types: Dict[str, str] = dict(master.getTopicTypes())
         self._about: Dict[str, About] = {}
+        self._recording_said: Set[str] = set()  # nodes: it is the same for all of their topics
 
     def _about_node(self, node: str) -> About:
         if node not in self._about:
@@ -280,8 +281,9 @@ class Examination:
             lines = self._losses.of(publisher) if not all(sent.fields.values()) else ''
             if lines:
                 yield Finding(NOTE, f'{publisher} makes plain numbers of tracked ones at {lines}')
-            recording = self._losses.recording_of(publisher)
+            recording = self._losses.recording_of(publisher) if publisher not in self._recording_said else ''
             if recording:
+                self._recording_said.add(publisher)
                 yield Finding(FINE, recording)
 
     def _of_fields(self, fields: Dict[str, List[values.Source]], publisher: str) -> Iterator[Finding]:
@@ -334,7 +336,8 @@ class Examination:
         can_change = []
         for node in dict.fromkeys(source.node for source in sources):
             why = None if node in self._state.tracked_nodes else 'it has ended, so its locations cannot be changed'
-            why = why or problem_of(self._master, node) or ''.join(map(note_of, locks_of([node]).values()))
+            locks = locks_of([node])
+            why = why or problem_of(self._master, node) or ''.join(map(note_of, locks.values()))
             if why:
                 yield Finding(FAULT, f'{node}: {why}')
                 continue
@@ -343,11 +346,14 @@ class Examination:
                 if place is None:
                     yield Finding(FAULT, f'{node} does not know the location {source}: it was started with other code')
                 elif place.location.read_only:
-                    yield Finding(NOTE, f'{place.name} is read-only')
+                    lock = ''.join(note_of(answer, source.location_id) for answer in locks.values())
+                    yield Finding(NOTE, f'{place.name} is {lock or "read-only"}')
                 elif place.location.at_next_start:
                     yield Finding(NOTE, f'a change of {place.name} {place.location.at_next_start}')
                 else:
                     can_change.append(place.name)
+                    if place.location.plain_copies:
+                        yield Finding(NOTE, f'of a change of {place.name}, {place.location.plain_copies}')
         if can_change:
             yield Finding(FINE, 'it comes from ' + ', '.join(can_change))
         elif sources:

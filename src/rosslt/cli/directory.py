@@ -1,7 +1,7 @@
 """Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
 import sys
-from typing import Dict, Iterable, List, Mapping, Tuple
+from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 import rosgraph
 
@@ -87,7 +87,7 @@ def tracked_node(master: rosgraph.Master, text: str) -> str:
         return name
     if name in state.nodes:
         raise Failure(f'the node {name} has no locations: it is not tracked')
-    raise Failure(f'there is no node {name} with locations{did_you_mean(name, state.tracked_nodes)}')
+    raise Failure(f'there is no node {name} with locations{did_it_begin_with(name, state.tracked_nodes)}')
 
 
 def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
@@ -96,15 +96,34 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     Raises:
         Failure: it begins with no node that has locations, or is a node's name alone.
     """
-    text = text if text.startswith('/') else full_name('x')[:-1] + text
     nodes = tracked_nodes(master)
-    found = max((name for name in nodes if text.startswith((name + '/', name + '#'))), key=len, default=None)
+    found, text = _split(text, nodes)
     if found is None:
         if text in nodes:
             raise Failure(f'{text} names no location of the node; see rosslt list {text}')
         meant = did_it_begin_with(text, nodes)
         raise Failure(f'{text} begins with no node that has locations{meant}; see rosslt list')
     return found, text[len(found) + 1 :]
+
+
+def _split(text: str, nodes: Iterable[str]) -> Tuple[Optional[str], str]:
+    """The node that NODE/LOCATION or NODE#ID begins with, None if it is none of these, and the whole in full."""
+    text = text if text.startswith('/') else full_name('x')[:-1] + text
+    begun = [name for name in nodes if text.startswith((name + '/', name + '#'))]
+    return max(begun, key=len) if begun else None, text
+
+
+def find_node_or_location(master: rosgraph.Master, directory: Directory, text: str) -> Tuple[str, Optional[Place]]:
+    """Return the node that has locations, and the location if the text names one: NODE, NODE/LOCATION or NODE#ID.
+
+    Raises:
+        Failure: there is no such node, or no such location in it.
+    """
+    state = system_state(master)
+    if full_name(text) not in state.nodes and _split(text, state.tracked_nodes)[0]:
+        place = find(master, directory, text)
+        return place.node, place
+    return tracked_node(master, text), None
 
 
 def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:

@@ -60,13 +60,15 @@ class Argument:
 LOCATION = Argument('location', completer='locations', metavar='NODE/LOCATION', help='as rosslt list says, or NODE#ID')
 
 
-def node_or_location(meaning: str) -> Argument:
-    """The argument of a verb that is about a location or a whole node; `meaning` is what a node stands for."""
+def node_or_location(meaning: str, **options: Any) -> Argument:
+    """The argument of a verb that is about a location or a whole node; `meaning` is what a node stands for, and the
+    options are those of `argparse`."""
     return Argument(
         'location',
         completer='nodes_and_locations',
         metavar='NODE[/LOCATION]',
         help=f'as rosslt list says, or NODE#ID; a NODE for {meaning}',
+        **options,
     )
 
 

@@ -1,13 +1,15 @@
 """Names for number literals that are part of something else, `WAYPOINTS_2_x`, which outlive edits of other lines.
 
 A name says what the whole is assigned to, or else which function is called with it, or runs there; then the keywords,
-keys and indices on the way down to the number. Lines and columns are not part of it.
+parameters, keys and indices on the way down to the number. Lines and columns are not part of it.
 """
 
 import ast
 import itertools
 import re
 from typing import Dict, List, Optional, Sequence, Set, Tuple
+
+from rosslt.instrument.signatures import Signatures
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -29,12 +31,13 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         for index, child in enumerate(value if isinstance(value, list) else [value])
         if isinstance(child, ast.AST)
     }
+    signatures = Signatures(tree)
     assigned = [name and re.sub(r'^self\.', '', name) for _, name in nodes]
     waiting: Set[Optional[str]] = set(filter(None, assigned))  # of which none has been met yet
     taken = set(waiting)
     found: List[Optional[str]] = []
     for (node, _), name in zip(nodes, assigned):
-        made = name or '.'.join(_words(node, places)) or None
+        made = name or '.'.join(_words(node, places, signatures)) or None
         if made in taken and not (name and name in waiting):
             made = next(other for at in itertools.count(2) for other in [f'{made}.{at}'] if other not in taken)
         waiting.discard(name)
@@ -46,7 +49,7 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
 _Places = Dict[int, Tuple[ast.AST, str, int]]
 
 
-def _words(node: ast.AST, places: _Places) -> List[str]:
+def _words(node: ast.AST, places: _Places, signatures: Signatures) -> List[str]:
     words: List[str] = []  # from the number outward
     called = ''
     while id(node) in places:
@@ -59,7 +62,8 @@ def _words(node: ast.AST, places: _Places) -> List[str]:
         elif isinstance(parent, ast.keyword):
             words.append(parent.arg or '')
         elif isinstance(parent, ast.Call) and field != 'func':
-            words += [str(index)] if field == 'args' and len(parent.args) > 1 else []
+            if field == 'args':
+                words += _argument(parent, index, signatures)
             called = (_target(parent.func) or [called])[-1]
         elif isinstance(parent, ast.arguments):
             words.append(_parameter(parent, field, index))
@@ -67,6 +71,14 @@ def _words(node: ast.AST, places: _Places) -> List[str]:
             return (_assigned(parent, words) or ([called] if called else _function(parent, places))) + words[::-1]
         node = parent
     return []
+
+
+def _argument(call: ast.Call, index: int, signatures: Signatures) -> List[str]:
+    """The parameter that takes an argument, or its index if that is not known; no word for the only argument."""
+    parameter = signatures.parameter(call, index)
+    if parameter is not None:
+        return [parameter] if call.args[1:] or call.keywords else []
+    return [str(index)] if call.args[1:] else []
 
 
 def _parameter(arguments: ast.arguments, field: str, index: int) -> str:

@@ -89,7 +89,10 @@ def _keep(file: str, data: bytes) -> None:
 _REWRITING = (
     *(
         f'instrument/{name}'
-        for name in ('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'states', 'tree_rewriting')
+        for name in (
+            *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'signatures', 'states'),
+            'tree_rewriting',
+        )
     ),
     'node/locations/literal_identities',
 )

@@ -32,6 +32,7 @@ from rosslt.node.locations.external import ExternalLocation
 from rosslt.node.locations.location import LiteralLocation, Location, Readable
 from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
+from rosslt.node.memory.plain_copies import PLAIN_COPIES
 from rosslt.node.memory.rounds import watch_first_round
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 
@@ -67,6 +68,7 @@ def start() -> None:
             _owner.serve()
             shut_down_without_deadlock()
             watch_first_round()
+            PLAIN_COPIES.watch()
             sys.excepthook = functools.partial(_end_by, sys.excepthook)
             threading.excepthook = functools.partial(_end_thread_by, threading.excepthook)
 

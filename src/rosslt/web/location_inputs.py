@@ -273,4 +273,6 @@ def hint(place: Place, origins: Mapping[str, Any]) -> str:
         parts.append('it takes no change')
     if location.at_next_start:
         parts.append('a change ' + location.at_next_start)
+    elif location.plain_copies:
+        parts.append(location.plain_copies)
     return ', '.join(parts)

@@ -5,28 +5,29 @@ import sys
 from typing import List
 
 from rosslt import srv
-from rosslt.cli.directory import report_silent, tracked_node
+from rosslt.cli.directory import find_node_or_location, report_silent
 from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, limits, shortened, table, write_row
-from rosslt.cli.verb import LOOK, Argument
+from rosslt.cli.verb import LOOK, Argument, node_or_location
 from rosslt.node import Directory, Place
 
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
 DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
-what the code says if the value is one of an earlier run, whether a change takes effect at the next start only, and who
-has locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
+what the code says if the value is one of an earlier run, what takes a change at the next start only, and who has
+locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
 EXAMPLE = """\
-example:
+examples:
   rosslt list /talker
+  rosslt list /talker/radius
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
-empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), why a
-change takes effect at the next start only (empty: it takes effect at once).
+empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), what
+takes a change at the next start only (empty: all that came of it follows at once).
 """
 ARGUMENTS = [
-    Argument('node', completer='nodes', nargs='?', metavar='NODE', help='this node alone'),
+    node_or_location('all of its locations', nargs='?'),
     Argument('--all', action='store_true', help='also the numbers that give a formula its shape'),
 ]
 
@@ -39,11 +40,15 @@ LONGEST_VALUE = 30
 
 def run(options: argparse.Namespace) -> int:
     master = find_master()
-    nodes = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
+    directory = Directory()
+    nodes, asked = tracked_nodes(master), None
+    if options.location:
+        node, asked = find_node_or_location(master, directory, options.location)
+        nodes = [node]
     if not nodes:
         print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
-    places, silent = Directory().ask(nodes, makes_known=options.all)
-    if not options.all:
+    places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
+    if not (options.all or asked):
         places = {node: [place for place in found if not place.is_shape] for node, found in places.items()}
     show = _show if is_terminal() else _write
     access = locks_of(places)
@@ -69,7 +74,7 @@ def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> 
         (
             f'the code says {place.location.literal}' if place.location.remembered else '',
             place.location.fault,
-            place.location.at_next_start,
+            place.next_start,
             note_of(access, place.location.id),
         )
         for place in places
@@ -92,5 +97,5 @@ def _write(_node: str, places: List[Place], access: srv.LockLocationsResponse) -
             place.file,
             location.literal if location.remembered else '',
             '; '.join(filter(None, [location.fault, *notes_of(access), note_of(access, location.id)])),
-            location.at_next_start,
+            place.next_start,
         )

@@ -37,3 +37,5 @@ def run(options: argparse.Namespace) -> None:
     write_change(directory, place.source, node.to_json(old), node.to_json(new))
     if place.location.at_next_start:
         print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)
+    elif place.location.plain_copies:
+        print(f'rosslt set: {place.location.plain_copies}; the rest follows', file=sys.stderr)

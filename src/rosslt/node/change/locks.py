@@ -53,12 +53,16 @@ class Access:
         for name in (WHOLE, location):
             lock = self.locks.get(name)
             if lock is not None:
-                raise Refused(f'{name or self._node} is {lock.text}')
+                raise Refused(f'{self._in_full(name)} is {lock.text}')
         if not self._accepts_from(requester):
             raise Refused(
                 f'{self._node} takes changes from {" and ".join(self.accepted_from or []) or "nobody"} only, and this '
                 f'one is from {requester or "somebody who does not say"}: see {self._node}/rosslt/{ACCEPT_FROM}'
             )
+
+    def _in_full(self, name: str) -> str:
+        """What has a name here, as others know it: a parameter has its full name already."""
+        return name if name.startswith('/') else f'{self._node}/{name}'.rstrip('/')
 
     def _accepts_from(self, requester: str) -> bool:
         if self.accepted_from is None or requester == self._node:

@@ -94,6 +94,11 @@ class Place(NamedTuple):
         return self.location.read_only or bool(self.location.at_next_start)
 
     @property
+    def next_start(self) -> str:
+        """Which of the uses of it take a change at the next start only, as a part of a sentence; '' if none does."""
+        return self.location.at_next_start or self.location.plain_copies
+
+    @property
     def is_shape(self) -> bool:
         """True if it gives a formula its shape, and has the value that the code says: people rarely change it."""
         return self.location.rank == SHAPE_RANK and self.location.value == self.location.literal

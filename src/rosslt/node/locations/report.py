@@ -6,7 +6,8 @@ from typing import Optional, Tuple
 from rosslt import msg
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
-from rosslt.node.locations.location import Location
+from rosslt.node.locations.location import Location, ParameterLocation
+from rosslt.node.memory.plain_copies import PLAIN_COPIES
 
 
 def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:
@@ -36,10 +37,18 @@ def described(location: Location, is_locked: bool = False, at_next_start: str = 
         maximum=text(maximum),
         read_only=location.read_only or is_locked,
         at_next_start=at_next_start,
+        plain_copies=_plain_copies(location),
         remembered=location.remembered,
         weight=location.weight or 0.0,
         rank=location.rank,
     )
+
+
+def _plain_copies(location: Location) -> str:
+    """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
+    is_polled = isinstance(location, ParameterLocation) and location.is_polled
+    takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
+    return f'{" and ".join(takers)} take{"" if takers[1:] else "s"} it at the next start' if takers else ''
 
 
 def _value_or_fault(location: Location) -> Tuple[str, str]:

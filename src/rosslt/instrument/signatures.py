@@ -1,0 +1,127 @@
+"""The parameters that the positional arguments of a call go to, if the program itself says which function it calls."""
+
+import ast
+from collections import Counter
+from typing import Any, Dict, Iterator, List, Optional
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+class Signatures:
+    """The functions and classes that a module defines at its top, each under a name that means nothing else in it, and
+    the methods that one class alone has.
+
+    Args:
+        tree: of the module.
+    """
+
+    def __init__(self, tree: ast.Module) -> None:
+        classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+        methods = [(one, part) for one in classes for part in one.body if isinstance(part, _FUNCTIONS)]
+        of_classes = {id(part) for one in classes for part in one.body}
+        bound = Counter(name for node in ast.walk(tree) if id(node) not in of_classes for name in _bound_by(node))
+        last_star = max((node.lineno for node in tree.body if _imports_all(node)), default=0)
+        self._known: Dict[str, Any] = {
+            node.name: node
+            for node in tree.body
+            if isinstance(node, (*_FUNCTIONS, ast.ClassDef)) and bound[node.name] == 1 and node.lineno > last_star
+        }
+        assigned = {
+            node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+        }
+        count = Counter(part.name for _, part in methods)
+        self._own: Dict[int, Any] = {}  # by id of a call `self.f(...)`
+        for one, method in methods:
+            own = {part.name: part for part in one.body if isinstance(part, _FUNCTIONS)}
+            if [argument.arg for argument in method.args.args[:1]] == ['self']:
+                for call in (node for node in ast.walk(method) if isinstance(node, ast.Call)):
+                    name = _of_self(call.func)
+                    if name in own and count[name] == 1 and name not in assigned:
+                        self._own[id(call)] = own[name]
+
+    def parameter(self, call: ast.Call, index: int) -> Optional[str]:
+        """The name of the parameter that takes an argument, None if it is not known.
+
+        Args:
+            call: the call.
+            index: of the argument among its positional ones.
+        """
+        if any(isinstance(one, ast.Starred) for one in call.args[: index + 1]):
+            return None
+        called = self._known.get(call.func.id) if isinstance(call.func, ast.Name) else None
+        if isinstance(called, ast.ClassDef):
+            names = self._of_class(called)
+        elif called is not None:
+            names = [] if called.decorator_list else _positional(called)
+        else:
+            names = _of_method(self._own.get(id(call)))
+        return names[index] if index < len(names) else None
+
+    def _of_class(self, made: ast.ClassDef) -> List[str]:
+        """What the calls of a class take; nothing if something else than the module says so."""
+        own = {part.name: part for part in made.body if isinstance(part, _FUNCTIONS)}
+        is_data = len(made.decorator_list) == 1 and _is_dataclass(made.decorator_list[0])
+        if made.keywords or '__new__' in own or (made.decorator_list and not is_data):
+            return []
+        if '__init__' in own:
+            return _of_method(own['__init__'])
+        if is_data:
+            return [] if made.bases else list(_fields(made))
+        base = made.bases[0] if len(made.bases) == 1 else None
+        inherited = self._known.get(base.id) if isinstance(base, ast.Name) else None
+        if isinstance(inherited, ast.ClassDef) and inherited.lineno < made.lineno:
+            return self._of_class(inherited)
+        return []
+
+
+def _bound_by(node: ast.AST) -> Iterator[str]:
+    """The names to which a part of a program gives a meaning."""
+    if isinstance(node, ast.alias):
+        yield (node.asname or node.name).split('.')[0]
+    elif isinstance(node, ast.Name):
+        if not isinstance(node.ctx, ast.Load):
+            yield node.id
+    elif isinstance(node, ast.arg):
+        yield node.arg
+    elif isinstance(getattr(node, 'name', None), str):
+        yield node.name  # type: ignore[attr-defined]
+
+
+def _imports_all(node: ast.AST) -> bool:
+    return isinstance(node, ast.ImportFrom) and node.names[0].name == '*'
+
+
+def _of_self(function: ast.AST) -> str:
+    is_of_self = isinstance(function, ast.Attribute) and getattr(function.value, 'id', '') == 'self'
+    return function.attr if is_of_self else ''  # type: ignore[attr-defined]
+
+
+def _positional(function: Any) -> List[str]:
+    return [one.arg for one in [*getattr(function.args, 'posonlyargs', ()), *function.args.args]]
+
+
+def _of_method(method: Any) -> List[str]:
+    """The parameters of a method without the object or class that it is called on; none if other decorators wrap it."""
+    decorators = [getattr(one, 'id', '') for one in method.decorator_list] if method is not None else ['']
+    if decorators == ['staticmethod']:
+        return _positional(method)
+    return _positional(method)[1:] if decorators in ([], ['classmethod']) else []
+
+
+def _is_dataclass(decorator: ast.AST) -> bool:
+    """Return whether a decorator is `dataclass`, and leaves the making of `__init__` as it is."""
+    if isinstance(decorator, ast.Call):
+        options = {one.arg for one in decorator.keywords}
+        return not options & {'init', 'kw_only', None} and _is_dataclass(decorator.func)
+    return getattr(decorator, 'attr', getattr(decorator, 'id', '')) == 'dataclass'
+
+
+def _fields(made: ast.ClassDef) -> Iterator[str]:
+    """The fields of a dataclass that its calls take in order."""
+    for part in made.body:
+        if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
+            words = {getattr(one, 'attr', getattr(one, 'id', '')) for one in ast.walk(part.annotation)}
+            if 'KW_ONLY' in words or isinstance(part.value, ast.Call):
+                return  # `field(...)` may leave it out
+            if 'ClassVar' not in words:
+                yield part.target.id
