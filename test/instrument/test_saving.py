@@ -270,6 +270,26 @@ def test_edited_literals_take_effect_at_once_and_other_edits_are_named(master, h
         assert started.process.poll() is None
 
 
+def test_bounds_in_an_edited_comment_take_effect_at_once(master, hearing, tmp_path):
+    heard, log = hearing('orbit', PointStamped), Log('/orbit')
+    with Unmodified(tmp_path, 'orbit', ORBIT) as started:
+        heard.next()
+        edit(
+            started.file,
+            ('  # in m, 2.50', '  # rosslt: 1.5..3  # in m, 2.50'),
+            ('lift = 0.25', 'lift = 0.25  # rosslt: ..1'),
+        )
+        log.wait_for('radius in 1.5..3, lift in ..1 from now on')
+        assert command('set', '/orbit/radius', '4').stderr.endswith('4.0 is above its maximum 3\n')
+        edit(started.file, ('radius = 2.50', 'radius = 4.0'), ('1.5..3', '1.5..5'), ('lift = 0.25', 'lift = 2.0'))
+        log.wait_for(
+            'radius in 1.5..5, radius = 4.0 from now on; not taken: 2.0 in line 13 (2.0 is above its maximum 1)'
+        )
+        edit(started.file, ('  # rosslt: 1.5..5', ''))
+        log.wait_for('radius without bounds from now on')
+        assert command('set', '/orbit/radius', '40').stderr == ''
+
+
 def test_what_is_called_on_the_value_of_a_parameter_is_not_its_default(master, hearing, tmp_path):
     heard, log = hearing('orbit', PointStamped), Log('/orbit')
     code = ORBIT.replace("'~frame', 'map')", "'~frame', 'map').replace('/', '_')")

@@ -82,12 +82,12 @@ class SourceText(files.Positions):
 
 def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[Tuple[ast.expr, Literal]]:
     """The literals of a file that are locations, each with its expression in the tree."""
-    directives = _directives(tree, source)
+    limits_at = directives(tree, source.text)
     found = []
     for judgement in sorted(
         judge(tree, source.text_of, states), key=lambda one: (one.node.lineno, one.node.col_offset)
     ):
-        limits = directives.get(judgement.node.lineno)
+        limits = limits_at.get(judgement.node.lineno)
         if judgement.rule.verdict != PLAIN and limits != 'skip':
             found.append((judgement, limits or (None, None)))
     repeated = _repeated(tree)
@@ -164,16 +164,16 @@ def _set_up(tree: ast.Module, repeated: Set[int]) -> Set[int]:
                 found |= run
 
 
-def _directives(tree: ast.Module, source: SourceText) -> Dict[int, Any]:
+def directives(tree: ast.Module, text: str) -> Dict[int, Any]:
     """Read `# rosslt:` comments: {line: 'skip', or (minimum, maximum) of the literals on it}.
 
     A comment on the first line of a statement holds for all of it; one on a line of its own for the statement below.
     """
-    if 'rosslt:' not in source.text:
+    if 'rosslt:' not in text:
         return {}
     lines: Dict[int, Any] = {}
     at_line: Dict[int, Any] = {}
-    for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
         match = _DIRECTIVE.match(token.string) if token.type == tokenize.COMMENT else None
         if match:
             skip, low, high = match.groups()

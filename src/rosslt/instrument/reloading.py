@@ -1,7 +1,8 @@
 """Takes in what somebody edits in the source files of a running node.
 
 Literals that were edited take effect at once: each is followed to where it stands now, and its location gets the number
-that stands there. Everything else that is another than when the node was started is named, and needs a restart.
+that stands there, and the bounds of the comment beside it. Everything else that is another than when the node was
+started is named, and needs a restart.
 """
 
 import contextlib
@@ -13,6 +14,7 @@ import rospy
 
 from rosslt import files, node
 from rosslt.instrument.cells import Cells, loaded_files
+from rosslt.instrument.literals import directives
 
 _lock = threading.Lock()
 _watched: Set[str] = set()
@@ -100,9 +102,10 @@ class _Reader:
         return False
 
     def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
-        locations = self._locations(original)
+        numbers = self._numbers(original)
+        locations = self._locations(numbers)
         result = files.followed(original, new, {*locations, *node.read_at(self._cells.path)})
-        taken, refused = [], []
+        taken, refused = self._take_bounds(numbers, new, result.literals), []
         for before, after in sorted(result.literals.items()):
             literal = new.literals[after]
             if before not in locations or literal.value == self._said.get(before, original.literals[before].value):
@@ -120,13 +123,36 @@ class _Reader:
         lines = files.changed_elsewhere(original, new, result, set(locations))
         self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
 
-    def _locations(self, original: files.SourceText) -> Dict[int, Callable[[], Any]]:
+    def _take_bounds(self, numbers: Dict[int, int], new: files.SourceText, followed: Dict[int, int]) -> List[str]:
+        """Give numbers the bounds that the comments say now; returns them as the log tells them."""
+        limits_at = directives(new.tree, new.text)
+        taken = []
+        for before, after in sorted(followed.items()):
+            limits = limits_at.get(new.literals[after].line, (None, None))
+            if before not in numbers or limits == 'skip':  # which needs a restart
+                continue
+            minimum, maximum = limits
+            number = numbers[before]
+            literal = self._cells.literals[number]
+            if (literal.minimum, literal.maximum) != limits:
+                self._cells.literals[number] = literal._replace(minimum=minimum, maximum=maximum)
+                location = self._cells.locations.get(number)
+                if location is not None:
+                    node.bound_anew(location, minimum, maximum)
+                    low, high = ('' if limit is None else repr(limit) for limit in limits)
+                    taken.append(f'{location.name} {f"in {low}..{high}" if low or high else "without bounds"}')
+        return taken
+
+    def _numbers(self, original: files.SourceText) -> Dict[int, int]:
+        """{index of a literal in the file as it was loaded: number of its cell}."""
+        found = {original.number_at(one.line, one.column): at for at, one in enumerate(self._cells.literals)}
+        return {index: number for index, number in found.items() if index is not None}
+
+    def _locations(self, numbers: Dict[int, int]) -> Dict[int, Callable[[], Any]]:
         """{index of a literal in the file as it was loaded: gives the location that is read there}."""
         found: Dict[int, Callable[[], Any]] = {}
-        for number, literal in enumerate(self._cells.literals):
-            index = original.number_at(literal.line, literal.column)
-            if index is not None:
-                found[index] = lambda number=number: self._cells.location(number)  # type: ignore[misc]
+        for index, number in numbers.items():
+            found[index] = lambda number=number: self._cells.location(number)  # type: ignore[misc]
         # The default of a parameter that is not set is that parameter's.
         for index, location in node.read_at(self._cells.path).items():
             if location.literal is None:

@@ -8,6 +8,7 @@ so that a node becomes tracked by changing the names of a few calls.
 from rosslt.node.api import (
     add_literal,
     add_location,
+    bound_anew,
     directory,
     explain,
     get_param,

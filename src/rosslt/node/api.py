@@ -286,6 +286,13 @@ def reread(location: Location, value_in_code: Any, is_saved_here: bool = False) 
         raise ValueError(str(refused)) from None
 
 
+def bound_anew(location: Location, minimum: Optional[float], maximum: Optional[float]) -> None:
+    """Take in the bounds that the code gives a location after an edit. A value beyond them stays until it changes."""
+    with _owner.lock:
+        location.minimum, location.maximum = minimum, maximum
+        _owner.publish_locations()
+
+
 def read_at(file: str) -> Dict[int, Location]:
     """{index of a literal in a file as it was loaded: the location that was read there}."""
     source = SOURCE_FILES.original(file)
