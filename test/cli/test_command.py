@@ -153,8 +153,8 @@ class TestList:
 
     def test_of_one_location_prints_that(self, talker):
         every = lines('list', '/talker')
-        for text in '/talker/radius', 'talker/radius', '/talker/~parking/1', '/talker//height':
-            name = '/' + text.lstrip('/')
+        for text in '/talker/radius', 'talker/radius', '/talker/~parking/1', '/talker/parking/1', '/talker//height':
+            name = '/' + text.lstrip('/').replace('/parking', '/~parking')
             assert lines('list', text) == [line for line in every if line[0] == name]
         assert on_terminal('list', '/talker/fixed').split()[:2] == ['/talker', 'fixed']
 

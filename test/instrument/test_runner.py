@@ -255,7 +255,9 @@ def test_a_relay_of_a_catkin_workspace_is_followed(folder):
         (('--what', 'x'), 'unrecognized arguments: --what'),
         (('nothing_of_this_name',), 'there is no file nothing_of_this_name'),
         (('no_such_package', 'node'), 'there is no package no_such_package'),
-        (('rosslt', 'no_such_node'), 'there is no executable no_such_node in the package rosslt'),
+        (('rosslt', 'no_such_node'), 'there is no executable no_such_node in the package rosslt\n'),
+        (('rosslt', 'slt_visualizer'), 'in the package rosslt (did you mean slt_visualization?)'),
+        (('rossltt', 'slt_visualization'), '(did you mean rosslt?)'),
     ],
 )
 def test_what_cannot_be_run_is_said(arguments, words):

@@ -25,7 +25,15 @@ _OURS = tuple(
 
 
 class NoNode(Exception):
-    """There is no such node; the text says which package or executable is missing."""
+    """There is no such node; the text says which package or executable is missing.
+
+    Attributes:
+        wanted, known: that name, and the names that it could have been.
+    """
+
+    def __init__(self, text: str, wanted: str = '', known: Collection[str] = ()) -> None:
+        super().__init__(text)
+        self.wanted, self.known = wanted, known
 
 
 def find_node(package: str, name: str) -> str:
@@ -40,10 +48,22 @@ def find_node(package: str, name: str) -> str:
     try:
         found = roslib.packages.find_node(package, name)
     except (rospkg.ResourceNotFound, roslib.packages.ROSPkgException) as error:
-        raise NoNode(f'there is no package {package} ({type(error).__name__})') from None
+        why = f'there is no package {package} ({type(error).__name__})'
+        raise NoNode(why, package, rospkg.RosPack().list()) from None
     if not found:
-        raise NoNode(f'there is no executable {name} in the package {package}')
+        why = f'there is no executable {name} in the package {package}'
+        raise NoNode(why, name, _executables(package))
     return found[0] if isinstance(found, list) else found
+
+
+def _executables(package: str) -> List[str]:
+    """The names of the executables of a package."""
+    import rospkg
+
+    workspaces = [*filter(None, os.environ.get('CMAKE_PREFIX_PATH', '').split(os.pathsep)), sys.prefix]
+    roots = [rospkg.RosPack().get_path(package), *(os.path.join(one, 'lib', package) for one in workspaces)]
+    paths = (os.path.join(folder, name) for root in roots for folder, _, names in os.walk(root) for name in names)
+    return [os.path.basename(path) for path in paths if os.access(path, os.X_OK)]
 
 
 def is_python_node(path: str) -> bool:

@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from rosslt.cli.failure import did_you_mean
 from rosslt.cli.verb import RUN, Argument
 
 GROUP = RUN
@@ -50,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
                 raise instrument.NoNode(f'there is no file {first}')
             first = instrument.find_node(first, rest.pop(0))
     except instrument.NoNode as error:
-        print(f'rosslt run: {error}', file=sys.stderr)
+        print(f'rosslt run: {error}{did_you_mean(error.wanted, error.known)}', file=sys.stderr)
         return 1
     instrument.run_file(first, rest, options.include)
     return 0

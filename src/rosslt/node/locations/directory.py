@@ -104,8 +104,11 @@ class Place(NamedTuple):
         return self.location.rank == SHAPE_RANK and self.location.value == self.location.literal
 
     def is_called(self, text: str) -> bool:
-        """Return whether `text`, the part after the node's name and a /, names this location."""
-        return text in (self.local_name, self.location.name.lstrip('/'), str(self.location.id))
+        """Return whether `text`, the part after the node's name and a /, names this location, as the parameter server
+        does if it is a private parameter."""
+        name = self.location.name
+        is_named = text in (self.local_name, name.lstrip('/'), str(self.location.id))
+        return is_named or name == f'{self.node}/{text}'
 
 
 class Directory:
