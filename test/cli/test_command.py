@@ -202,9 +202,9 @@ class TestGetAndSet:
         ('location', 'value', 'reason'),
         [
             ('radius', '0.1', '/talker refuses: 0.1 is below its minimum 0.5'),
-            ('radius', 'far', "/talker/radius: 'far' is no float"),
+            ('radius', 'far', "/talker/radius: 'far' is not a float"),
             ('radius', 'nan', "/talker/radius: 'nan' is not finite"),
-            ('count', '1.5', "/talker/count: '1.5' is no int"),
+            ('count', '1.5', "/talker/count: '1.5' is not an int"),
             ('is/on', '1', "/talker/is/on: '1' is neither true nor false"),
             ('fixed', '2', '/talker refuses: fixed is read-only'),
             ('nothing', '2', '/talker has no location nothing; see rosslt list /talker'),
@@ -320,9 +320,9 @@ class TestForce:
             ('/gate/pose/position/x', '100', 'above its maximum 10.0'),
             ('/gate/pose/orientation/w', '0.5', 'read-only'),
             ('/gate/pose/position', '{u: 1}', "geometry_msgs/Point has no field 'u', its fields are x, y, z"),
-            ('/gate/pose/position', '{x: near}', "x of the value: 'near' is no float"),
+            ('/gate/pose/position', '{x: near}', "x of the value: 'near' is not a float"),
             ('/gate/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
-            ('/gate/pose/position/x', 'near', "'near' is no float"),
+            ('/gate/pose/position/x', 'near', "'near' is not a float"),
         ],
     )
     def test_says_why_it_cannot(self, talker, field, value, reason):

@@ -147,8 +147,8 @@ def test_times_connections_and_provenance_stay(runs):
 @pytest.mark.parametrize(
     ('setting', 'reason'),
     [
-        ('/planner/speed=fast', "'fast' is no float"),
-        ('/planner/number=1.5', "'1.5' is no int"),
+        ('/planner/speed=fast', "'fast' is not a float"),
+        ('/planner/number=1.5', "'1.5' is not an int"),
         ('/planner/sped=1', '(did you mean /planner/speed?)'),
         ('/planner/speed', 'is not NODE/LOCATION=VALUE'),
     ],

@@ -332,9 +332,7 @@ while not rospy.is_shutdown():
         result = command('save', '/tracked')
         assert result.returncode == 1
         assert 'z/a (what stands at tracked.py:10:21 is that of several locations, with other values)' in result.stderr
-        assert (
-            'two (it is no number, no truth value and no text in one piece and on one line of its own' in result.stderr
-        )
+        assert 'two (it is not a number, a truth value or a text in one piece on a line of its own' in result.stderr
         text = started.file.read_text()
         expected = code.replace('2.50', '4.00').replace('value=3', 'value=7')
         assert text == expected.replace("'map'", "'odom'").replace('True', 'False')

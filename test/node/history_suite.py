@@ -345,8 +345,8 @@ class Callbacks(unittest.TestCase):
 class Limits(unittest.TestCase):
     def test_bounds_that_make_no_sense_are_refused_with_the_reason(self):
         for limits, kind, reason in (
-            ({'maximum': '3'}, TypeError, "maximum='3' is no number"),
-            ({'minimum': True}, TypeError, 'minimum=True is no number'),
+            ({'maximum': '3'}, TypeError, "maximum='3' is not a number"),
+            ({'minimum': True}, TypeError, 'minimum=True is not a number'),
             ({'minimum': 3.0, 'maximum': 2.0}, ValueError, r'minimum=3\.0 is above maximum=2\.0'),
             ({'maximum': float('nan')}, ValueError, 'maximum=nan is not a finite number'),
             ({'minimum': float('-inf')}, ValueError, 'minimum=-inf is not a finite number'),

@@ -221,7 +221,7 @@ class External(unittest.TestCase):
                 (RuntimeError('the port is closed \udc80'), 'RuntimeError: the port is closed'),
                 (math.nan, 'nan is not a finite number'),
                 ('\ud800', 'half a surrogate pair'),
-                (None, 'None is no float, int, str or bool'),
+                (None, 'None is not a float, int, str or bool'),
             )
         ):
             self.held['value'] = fault

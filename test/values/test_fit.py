@@ -118,7 +118,7 @@ def test_a_result_without_a_value_on_the_way_is_no_end():
     [
         (lambda: rosslt.fit([1.0], [2.0]), rosslt.NotTracked, 'no result comes from a source'),
         (lambda: rosslt.fit([track(1.0, A)], [2.0], sources=[B]), rosslt.NotTracked, 'no result comes from'),
-        (lambda: rosslt.fit([track(1, N)], [2.0], sources=[N]), ValueError, 'holds 1, which is no float'),
+        (lambda: rosslt.fit([track(1, N)], [2.0], sources=[N]), ValueError, 'holds 1, which is not a float'),
         (lambda: rosslt.fit([track(1.0, A)], [plain.nan]), ValueError, 'not a finite number'),
         (lambda: rosslt.fit([track(1.0, A)], [1.0, 2.0]), ValueError, 'differ in shape'),
         (lambda: rosslt.fit([track(1.0, A)], [2.0], bounds={A: (3.0, 2.0)}), ValueError, 'above its maximum 2.0'),

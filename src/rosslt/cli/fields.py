@@ -143,7 +143,8 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     try:
         value = number(text)
     except ValueError:
-        raise ValueError(f'{text!r} is no {kind}') from None
+        article = 'an' if kind == 'int' else 'a'
+        raise ValueError(f'{text!r} is not {article} {kind}') from None
     if value - value != 0:
         raise ValueError(f'{text!r} is not finite')
     return value

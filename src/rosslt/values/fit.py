@@ -176,7 +176,7 @@ class _Problem:
             if source not in present:
                 raise NotTracked('no result comes from %s' % describe_source(source))
             if type(present[source]) is not float:
-                raise ValueError('%s holds %r, which is no float' % (describe_source(source), present[source]))
+                raise ValueError('%s holds %r, which is not a float' % (describe_source(source), present[source]))
             if source in read_only:
                 raise ValueError('%s is read-only' % describe_source(source))
         return list(dict.fromkeys(sources))

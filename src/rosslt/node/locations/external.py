@@ -94,5 +94,5 @@ def _scalar(value: Scalar) -> Scalar:
     """
     plain = values.plain_scalar(value)
     if plain is None:
-        raise TypeError(f'{value!r:.200} is no float, int, str or bool')
+        raise TypeError(f'{value!r:.200} is not a float, int, str or bool')
     return plain

@@ -21,7 +21,7 @@ def checked_limits(minimum: Scalar, maximum: Scalar, weight: object) -> Dict[str
             continue
         number = values.plain_scalar(given)
         if type(number) not in (int, float):
-            raise TypeError(f'{word}={given!r} is no number: give an int, a float or None')
+            raise TypeError(f'{word}={given!r} is not a number: give an int, a float or None')
         if not math.isfinite(number):
             raise ValueError(f'{word}={given!r} is not a finite number; leave it out for no limit')
         limits[word] = number

@@ -143,7 +143,7 @@ def _index_of(
     index = location.find_in(original)
     if index is None:
         raise NotWritten(
-            f'it is no number, no truth value and no text in one piece and on one line of its own at {location.place}'
+            f'it is not a number, a truth value or a text in one piece on a line of its own at {location.place}'
         )
     if not files.alike(location.value, location.value_in_code):
         raise NotWritten(
