@@ -287,6 +287,10 @@ def test_bounds_in_an_edited_comment_take_effect_at_once(master, hearing, tmp_pa
         )
         edit(started.file, ('  # rosslt: 1.5..5', ''))
         log.wait_for('radius without bounds from now on')
+        edit(started.file, ('lift = 2.0  # rosslt: ..1', 'lift = 0.5  # rosslt: ..1e'))
+        assert "'1e' in a comment `# rosslt:` is not a number" in log.wait_for(
+            'lift = 0.5 from now on; not taken: bounds'
+        )
         assert command('set', '/orbit/radius', '40').stderr == ''
 
 

@@ -50,9 +50,14 @@ def own_functions(tree: ast.AST) -> Dict[str, List[ast.AST]]:
     return functions
 
 
+def positional_parameters(function: Any) -> List[str]:
+    """The parameters of a function that positional arguments go to, in their order."""
+    return [one.arg for one in [*getattr(function.args, 'posonlyargs', ()), *function.args.args]]
+
+
 def bound_arguments(function: Any, call: ast.Call) -> Iterator[Tuple[str, ast.expr]]:
     """(parameter, argument) of a call of a function."""
-    parameters = [one.arg for one in [*getattr(function.args, 'posonlyargs', ()), *function.args.args]]
+    parameters = positional_parameters(function)
     names = {*parameters, *(one.arg for one in function.args.kwonlyargs)}
     if parameters[:1] in (['self'], ['cls']):
         del parameters[0]

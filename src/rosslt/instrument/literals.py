@@ -168,6 +168,9 @@ def directives(tree: ast.Module, text: str) -> Dict[int, Any]:
     """Read `# rosslt:` comments: {line: 'skip', or (minimum, maximum) of the literals on it}.
 
     A comment on the first line of a statement holds for all of it; one on a line of its own for the statement below.
+
+    Raises:
+        ValueError: a bound is not a number.
     """
     if 'rosslt:' not in text:
         return {}
@@ -206,4 +209,8 @@ def _bound(text: Optional[str]) -> Optional[float]:
     try:
         return int(text)
     except ValueError:
+        pass
+    try:
         return float(text)
+    except ValueError:
+        raise ValueError(f'{text!r} in a comment `# rosslt:` is not a number') from None

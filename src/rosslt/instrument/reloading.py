@@ -105,7 +105,11 @@ class _Reader:
         numbers = self._numbers(original)
         locations = self._locations(numbers)
         result = files.followed(original, new, {*locations, *node.read_at(self._cells.path)})
-        taken, refused = self._take_bounds(numbers, new, result.literals), []
+        taken, refused = [], []
+        try:
+            taken += self._take_bounds(numbers, new, result.literals)
+        except ValueError as error:
+            refused.append(f'bounds ({error})')
         for before, after in sorted(result.literals.items()):
             literal = new.literals[after]
             if before not in locations or literal.value == self._said.get(before, original.literals[before].value):
@@ -124,7 +128,11 @@ class _Reader:
         self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
 
     def _take_bounds(self, numbers: Dict[int, int], new: files.SourceText, followed: Dict[int, int]) -> List[str]:
-        """Give numbers the bounds that the comments say now; returns them as the log tells them."""
+        """Give numbers the bounds that the comments say now; returns them as the log tells them.
+
+        Raises:
+            ValueError: a bound is not a number; all stay as they are.
+        """
         limits_at = directives(new.tree, new.text)
         taken = []
         for before, after in sorted(followed.items()):

@@ -4,7 +4,9 @@ import ast
 from collections import Counter
 from typing import Any, Dict, Iterator, List, Optional
 
-_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+from rosslt.instrument.lifetimes import FUNCTIONS, positional_parameters
+
+_FUNCTIONS = FUNCTIONS[:2]  # without lambdas
 
 
 class Signatures:
@@ -52,7 +54,7 @@ class Signatures:
         if isinstance(called, ast.ClassDef):
             names = self._of_class(called)
         elif called is not None:
-            names = [] if called.decorator_list else _positional(called)
+            names = [] if called.decorator_list else positional_parameters(called)
         else:
             names = _of_method(self._own.get(id(call)))
         return names[index] if index < len(names) else None
@@ -96,16 +98,12 @@ def _of_self(function: ast.AST) -> str:
     return function.attr if is_of_self else ''  # type: ignore[attr-defined]
 
 
-def _positional(function: Any) -> List[str]:
-    return [one.arg for one in [*getattr(function.args, 'posonlyargs', ()), *function.args.args]]
-
-
 def _of_method(method: Any) -> List[str]:
     """The parameters of a method without the object or class that it is called on; none if other decorators wrap it."""
     decorators = [getattr(one, 'id', '') for one in method.decorator_list] if method is not None else ['']
     if decorators == ['staticmethod']:
-        return _positional(method)
-    return _positional(method)[1:] if decorators in ([], ['classmethod']) else []
+        return positional_parameters(method)
+    return positional_parameters(method)[1:] if decorators in ([], ['classmethod']) else []
 
 
 def _is_dataclass(decorator: ast.AST) -> bool:
