@@ -154,23 +154,44 @@ def test_what_is_clamped_after_a_message_or_two_is_not_reached(simulated):
     assert made.present == made.began
 
 
-def test_a_field_that_changes_by_itself_in_several_ways_is_said_to_and_no_branches(simulated):
-    made = simulated(
-        lambda gain, bias, tick: 5 * gain + bias + 0.1 * tick if tick % 2 else 4 * gain * gain + bias - tick
-    )
-    with pytest.raises(node.NotReached) as caught:
+@pytest.mark.parametrize(
+    ('function', 'named'),
+    [
+        (
+            lambda gain, bias, tick: 5 * gain + bias + 0.1 * tick if tick % 2 else 4 * gain * gain + bias - tick,
+            '/owner/gain, /owner/bias',
+        ),
+        (lambda gain, bias, tick: gain + float(tick), '/owner/gain'),
+    ],
+)
+def test_a_field_that_changes_by_itself_is_refused(simulated, function, named):
+    made = simulated(function)
+    with pytest.raises(values.NotInvertible, match=rf'^it changes by itself: .* it is moved most by {named}$'):
         made.force(40.0, timeout=0.1)
-    told = str(caught.value)
-    assert '; it changes by itself; taken back' in told
-    assert 'branch' not in told
-    assert told.startswith(f'/node now sends {caught.value.outcome.seen!r} instead of 40.0; ')
-    assert caught.value.outcome.moves
+    assert made.requests == []
 
 
-def test_a_counter_is_solved_for_its_moment(simulated):
-    outcome = simulated(lambda gain, bias, tick: gain + float(tick)).force(-100.0)
-    assert (outcome.moves, outcome.is_reached) == (True, True)
-    assert abs(outcome.seen + 100.0) <= 4.0
+def test_of_two_sources_the_one_that_moves_it_more_is_changed(simulated):
+    """As the error and the gain of a controller at rest."""
+    made = simulated(lambda gain, bias, tick: gain * bias, gain=1.2, bias=0.005)
+    assert made.force(1.2).seen == 1.2
+    assert made.present == {GAIN: 1.2, BIAS: 1.0}
+
+
+def test_what_moves_since_the_change_is_not_run_after(simulated):
+    """A robot that goes on as long as its command is not 0."""
+    made = simulated(lambda gain, bias, tick: gain - made.place)
+    made.place = 1.0
+
+    def next_before(end, heard=made.next_before):
+        made.place += 0.05 * (made.present[GAIN] - made.place)
+        return heard(end)
+
+    made.next_before = next_before
+    with pytest.raises(node.NotReached, match=r'; it stood still before the change, and moves since; taken back$'):
+        made.force(0.5)
+    assert len(made.requests) == 1
+    assert made.present == made.began
 
 
 def test_a_field_that_stood_still_and_moves_since_the_change_is_not_reached(simulated):

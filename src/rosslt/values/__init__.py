@@ -22,7 +22,7 @@ from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
 from .slots import KEEPS_LOCALS, exchange
-from .solve import continued, nearest, slopes, solve, source_values
+from .solve import continued, effects, nearest, slopes, solve, source_values
 from .sources import UNKNOWN, Source, UnnamedSource, describe_sources_with
 from .tolerances import is_same
 from .tracked import TRACKED as TRACKED_CLASSES
@@ -60,6 +60,7 @@ __all__ = [
     'describe_sources_with',
     'disassemble',
     'each_leaf',
+    'effects',
     'evaluate',
     'exchange',
     'explain',

@@ -150,13 +150,7 @@ def _show(
 
 def _report(outcome: node.Outcome, publisher: str) -> None:
     """Print how messages have shown the changes."""
-    if outcome.moves:
-        print(
-            f'rosslt force: it moves by itself: it was solved for the moment it was seen at, and {publisher} has sent '
-            f'{outcome.seen} since',
-            file=sys.stderr,
-        )
-    elif outcome.is_near:
+    if outcome.is_near:
         print(f'rosslt force: {publisher} sends {outcome.seen}, and comes no nearer', file=sys.stderr)
     if not is_terminal():
         return
@@ -202,6 +196,7 @@ def _planned(
     directory: Directory, part: object, wanted: object, source: Optional[values.Source]
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
-    new = values.solve(part, wanted, source, **directory.limits(values.sources(part), TIMEOUT))
+    sources = None if source is None else [source]
+    new = node.solve_by_effect(part, wanted, sources, directory.limits(values.sources(part), TIMEOUT))
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

@@ -29,7 +29,7 @@ class Drop:
         self.drag, self._resolution = drag, resolution
         self._handle = drag.solved
         self.loop = node.ClosedLoop(drag.request, lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
-        self.loop.follow(self._observed(drag.solved))
+        self.loop.follow()
 
     def see(self, handle: Optional[Handle]) -> None:
         """Take in the thing as the latest message has it, or None."""

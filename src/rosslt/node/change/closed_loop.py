@@ -10,7 +10,6 @@ import math
 import time
 from typing import Callable, List, Optional
 
-from rosslt import messages, values
 from rosslt.node.change.change_request import ChangeRequest, Shown
 from rosslt.node.change.observation import Observation, is_alike
 
@@ -26,15 +25,13 @@ class ClosedLoop:
         change: has the sources become what an observation needs; False if there is nothing left to try.
         rounds: how many times at most.
         timeout: how long to wait for a message that shows a change, in seconds.
-        moved_before: whether the field moved before it was changed: only then it is believed to move by itself.
-        leaves_moving: for a thing that a hand has dropped: it is solved again only if it has stood still for LOOK,
-            and left alone if it has not.
+        leaves_moving: for a thing that a hand has dropped: it is left where it moves to.
 
     Attributes:
         is_over, is_reached: whether it is at its end, and the field as wanted, or as near as NEAR if it comes no
-            nearer. One that moves by itself is as wanted if it was solved for its moment: computed as it was then,
-            and no further off than it moves.
-        moves: whether the field moves after the change.
+            nearer.
+        moves: whether the field moves after the change. Then it is not solved again: a controller whose robot follows
+            would be run after, with ever greater numbers.
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
@@ -49,11 +46,10 @@ class ClosedLoop:
         change: Callable[[Observation], bool],
         rounds: int,
         timeout: float,
-        moved_before: bool = False,
         leaves_moving: bool = False,
     ) -> None:
         self._request, self._change, self._most, self._timeout = request, change, rounds, timeout
-        self._moved_before, self._leaves_moving = moved_before, leaves_moving
+        self._leaves_moving = leaves_moving
         self.is_over = self.is_reached = self.moves = False
         self.rounds = self.old = 0
         self.seen: List[Observation] = []
@@ -63,14 +59,13 @@ class ClosedLoop:
     def solve(self, observation: Observation) -> None:
         """Have the sources changed for an observation; raises what `change` raises."""
         if self.rounds < self._most and self._change(observation):
-            self.follow(observation)
+            self.follow()
         else:
-            self.is_over, self.is_reached = True, not self.moves and self.last is not None and self.last.is_near
+            self.is_over, self.is_reached = True, self.last is not None and self.last.is_near
 
-    def follow(self, solved: Observation) -> None:
-        """Look at the next messages: the sources have been changed for an observation."""
+    def follow(self) -> None:
+        """Look at the next messages: the sources have been changed."""
         self.rounds += 1
-        self._solved = solved
         self.last, self.seen, self.other, self.old = None, [], [], 0
         self.end = self._latest_end = time.monotonic() + self._timeout
         self._nearest = math.inf
@@ -90,8 +85,9 @@ class ClosedLoop:
             self._nearest = observation.distance
             self.end = min(self._latest_end, observation.at + LOOK)
         if is_new and len(seen) > 1:
-            is_reached = observation.is_reached and seen[-2].is_reached
-            if is_reached or (not self._leaves_moving and is_alike(*seen[-2:])):
+            was_reached, is_reached = (one.is_reached for one in seen[-2:])
+            stands = is_alike(*seen[-2:])
+            if (was_reached and is_reached) or (not self._leaves_moving and (was_reached or stands)):
                 self.pass_time()
 
     def pass_time(self) -> None:
@@ -102,17 +98,13 @@ class ClosedLoop:
         elif all(one.is_reached for one in seen[-2:]):
             self.last, self.moves, self.is_over, self.is_reached = seen[-2:][0], False, True, True
         else:
-            pairs = list(zip(seen, seen[1:]))
-            self.moves = not all(is_alike(*pair) for pair in (pairs if self._leaves_moving else pairs[-1:]))
-            is_by_itself = self._leaves_moving or (self._moved_before and self._is_of_its_moment(seen))
-            if self.moves and is_by_itself:
-                self.last, self.is_over, self.is_reached = seen[0], True, True
-                return
+            # What comes nearer and stays there may be solved again, what goes away again may not.
+            nearest = min(seen, key=lambda one: one.distance)
+            others = seen[:-1] if self._leaves_moving else [*seen[-2:-1], nearest]
             self.last = seen[-1]
-            self.solve(seen[-1])
-
-    def _is_of_its_moment(self, seen: List[Observation]) -> bool:
-        """Return whether a field that moves is computed as when it was solved, and no further off than it moves."""
-        first, form = values.untracked(seen[0].part), self._solved.expression.form
-        spread = max(messages.distance(one.part, first) for one in seen)
-        return seen[0].distance <= spread and all(one.expression.form == form for one in seen)
+            self.moves = not all(is_alike(one, self.last) for one in others)
+            if self.moves:
+                self.is_over = True
+                self.is_reached = self._leaves_moving or all(one.is_near for one in seen[-2:])
+            else:
+                self.solve(seen[-1])

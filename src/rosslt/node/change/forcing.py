@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -35,6 +35,9 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
 
+#: The most numbers that the refusal of a field that changes by itself names.
+MOST_NAMED = 3
+
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
 
@@ -46,10 +49,7 @@ class Outcome(NamedTuple):
         changes: {Source: Change(old, new)}: before the first round, and after the last one.
         wanted: the target.
         seen: the field in the last message that was looked at, plain; None if none came.
-        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer. For a field that
-            moves by itself: whether it was solved for the moment it was seen at, and is not further from it than it
-            moves by itself.
-        moves: whether the field moves after the change.
+        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer.
         rounds: how many times it was solved.
         messages: how many messages of the publisher came after the first change, up to the one that was seen.
         milliseconds: from the first request to that message.
@@ -62,7 +62,6 @@ class Outcome(NamedTuple):
     wanted: Any
     seen: Any
     is_reached: bool
-    moves: bool = False
     rounds: int = 0
     messages: int = 0
     milliseconds: float = 0.0
@@ -102,6 +101,40 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     )
 
 
+def solve_by_effect(
+    part: Any, wanted: Any, sources: Optional[Collection[Source]], limits: Mapping[str, Any]
+) -> Dict[Source, Any]:
+    """Solve for a part of a message as `values.solve` does; for one number, the sources that move it most for their
+    size are tried first. At rest an error of a controller is almost 0, and its gain would have to be huge.
+
+    Args:
+        part, wanted, sources: as those of a Forcing.
+        limits: as of `Directory.limits`.
+    """
+    moved = _moved(part, wanted)
+    if len(moved) == 1:
+        effects = _effects(moved, limits)
+        least = min(filter(None, effects.values()), default=1.0)
+        limits = {**limits, 'weights': {source: 1.0 / (effect or least) for source, effect in effects.items()}}
+    return values.solve(part, wanted, sources=sources, **limits)
+
+
+def _moved(part: Any, wanted: Any) -> List[Any]:
+    """The tracked leaves of a part of a message that are to have a value."""
+    targets = dict(values.leaves(wanted))
+    return [leaf for path, leaf in values.leaves(part) if values.is_tracked(leaf) and targets.get(path) is not None]
+
+
+def _effects(leaves: Sequence[Any], limits: Mapping[str, Any]) -> Dict[Source, float]:
+    """By how much each source moves, for its size, the one of several numbers that it moves most."""
+    found: Dict[Source, float] = {}
+    for leaf in leaves:
+        if isinstance(leaf, (int, float)):
+            of_one = values.effects(leaf, bounds=limits['bounds'], weights=limits.get('weights'))
+            found.update({source: max(effect, found.get(source, 0.0)) for source, effect in of_one.items()})
+    return found
+
+
 def force_field(
     topic: str,
     field: str,
@@ -114,28 +147,29 @@ def force_field(
 ) -> Outcome:
     """Bring a field of a topic to a target, and check in messages that it is there.
 
-    Looks at two messages, which tell whether the field moves by itself, solves for the later one, has the owners change
-    its sources, and looks at the messages that the same publisher sends then. If the field is not as wanted, because
-    the node takes another branch for instance, the new message's expression is solved, until the field is as wanted (to
-    a relative 1e-9) or comes no nearer (then a relative 1e-6 is enough).
+    Looks at two messages, solves for the later one, has the owners change its sources, and looks at the messages that
+    the same publisher sends then. If the field is not as wanted, because the node takes another branch for instance,
+    the new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer (then a
+    relative 1e-6 is enough). A field that changes by itself, such as a controller's command, is refused: it would have
+    the target for a moment only.
 
     Args:
         topic: as in `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
         field: `pose/position/x`, `points[3].x`; '' for the whole message.
         target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
-        source: change this Source alone.
+        source: change this Source alone; by default, for a number, the one that moves it most for its size, of those
+            that can.
         sources: change no other than these.
         rounds: how many times it is solved at most.
         timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
         keep_anyway: leave the changes if the target is not reached; otherwise they are taken back.
 
     Returns:
-        The Outcome: what has changed, what was seen, and after how many messages and milliseconds. A field that moves
-        by itself is solved for the moment it was seen at; then `moves` is True.
+        The Outcome: what has changed, what was seen, and after how many messages and milliseconds.
 
     Raises:
-        NotTracked, NotInvertible: there is no answer to begin with, or a joint would go beyond its limits in
-            `robot_description`; nothing was requested.
+        NotTracked, NotInvertible: there is no answer to begin with, the field changes by itself, or a joint would go
+            beyond its limits in `robot_description`; nothing was requested.
         ChangeRejected, SourceUnreachable: as in `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
@@ -202,9 +236,10 @@ class Forcing:
         if first.is_reached:
             return Outcome({}, self.wanted, values.untracked(first.part), True)
         before = None if heard.is_latched else self._next_like(first)
-        self._moved_before = before is not None and not is_alike(first, before)
+        if before is not None and not is_alike(first, before):
+            raise values.NotInvertible(self._why_moving(first, before))
         self._before = before or first
-        self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout, self._moved_before)
+        self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout)
         loop.solve(self._before)
         while not loop.is_over:
             latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
@@ -221,11 +256,25 @@ class Forcing:
                 observation = self._observed(latest.message)
                 if not self._is_other_goal(latest.message, observation):
                     loop.take(observation)
-        if loop.is_reached and (loop.moves or self._is_kept()):
+        if loop.is_reached and self._is_kept():
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached()
+
+    def _why_moving(self, first: Observation, later: Observation) -> str:
+        """Say that the field changes by itself, and which numbers move it."""
+        limits = self.asker.directory.limits(values.sources(later.part), OWNER_TIMEOUT)
+        effects = _effects(_moved(later.part, self.wanted), limits)
+        movable = [source for source, effect in effects.items() if effect and source not in limits['read_only']]
+        most = sorted(movable, key=lambda source: -effects[source])[:MOST_NAMED]
+        told = (
+            f'it changes by itself: {_differing(first.part, later.part)} became {_differing(later.part, first.part)} '
+            'in the next message, and a target would hold for a moment only; nothing was changed'
+        )
+        if most:
+            told += '; it is moved most by ' + ', '.join(map(self._name, most))
+        return told
 
     def _is_of_thing(self, heard: Heard) -> bool:
         return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
@@ -249,7 +298,7 @@ class Forcing:
                 self.asker,
                 values.sources(part),
                 OWNER_TIMEOUT,
-                lambda limits: values.solve(part, self.wanted, sources=self.sources, **limits),
+                lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
             )
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
@@ -312,12 +361,11 @@ class Forcing:
             self.wanted,
             None if last is None else values.untracked(last.part),
             is_reached,
-            self._loop.moves,
             self._loop.rounds,
             self._messages if last is None else last.number,
             1e3 * max(0.0, (time.monotonic() if last is None else last.at) - self._request.began),
             reason,
-            is_near=is_reached and not self._loop.moves and last is not None and not last.is_reached,
+            is_near=is_reached and last is not None and not last.is_reached,
         )
 
     def _not_reached(self) -> NotReached:
@@ -347,11 +395,7 @@ class Forcing:
                 if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if self._loop.moves:
-                parts.append(
-                    'it changes by itself'
-                    if self._moved_before
-                    else 'it stood still before the change, and moves since'
-                )
+                parts.append('it stood still before the change, and moves since')
             elif is_alike(self._before, last):
                 parts.append('it has not followed the change')
             elif self._is_as_asked and not others:

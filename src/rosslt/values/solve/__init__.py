@@ -8,7 +8,7 @@ and `continuation.py` follows a target along a path. `root_finding.py` and `leas
 """
 
 from .continuation import continued
-from .nearest import nearest, slopes, source_values
+from .nearest import effects, nearest, slopes, source_values
 from .solving import solve
 
-__all__ = ['continued', 'nearest', 'slopes', 'solve', 'source_values']
+__all__ = ['continued', 'effects', 'nearest', 'slopes', 'solve', 'source_values']

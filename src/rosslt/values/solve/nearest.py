@@ -52,6 +52,24 @@ def slopes(xs: Sequence[Value]) -> Dict[Source, Tuple[float, ...]]:
     return {source: tuple(row) for source, row in found.items()}
 
 
+def effects(
+    x: Value, *, bounds: Optional[Bounds] = None, weights: Optional[Mapping[Source, float]] = None
+) -> Dict[Source, float]:
+    """By how much each source moves a number for its size, which is its slope times the scale of the source.
+
+    Args:
+        x: a tracked number.
+        bounds, weights: as in `solve`, which say the scales.
+
+    Returns:
+        `{Source: effect}`, the strongest first, in the unit of `x`; never negative.
+    """
+    freedom = Freedom(None, bounds or {}, (), lambda source: 0, weights or {})
+    present = source_values([x])
+    found = {source: abs(slope) * freedom.scale(source, present[source]) for source, (slope,) in slopes([x]).items()}
+    return dict(sorted(found.items(), key=lambda one: -one[1]))
+
+
 def nearest(
     xs: Sequence[Value],
     targets: Sequence[float],

@@ -1,0 +1,129 @@
+"""`rosslt force` on the command of a plain controller, whose robot follows: what the robot does is what counts."""
+
+import contextlib
+import re
+
+import pytest
+import rosgraph
+
+from support.processes import wait_until
+from support.shell import failure, lines, rosslt
+from support.unmodified import Unmodified
+
+pytestmark = pytest.mark.rostest
+
+CONTROLLER = """
+import rospy
+from geometry_msgs.msg import Point, Twist
+
+
+class Controller:
+    def __init__(self):
+        self.kp = rospy.get_param('~kp', 1.25)
+        self.goal_x = rospy.get_param('~goal_x', 4.0)
+        self.command = rospy.Publisher('cmd_vel', Twist, queue_size=10)
+        rospy.Subscriber('pose', Point, self.take)
+
+    def take(self, pose):
+        twist = Twist()
+        twist.linear.x = self.kp * (self.goal_x - pose.x)
+        twist.linear.y = self.kp * (1.0 - pose.y)
+        self.command.publish(twist)
+
+
+rospy.init_node('controller')
+controller = Controller()
+rospy.spin()
+"""
+
+# It takes a step for the last command since its last step, and waits for one: no two commands come from one place while
+# it moves, however slow the machine is. What is too slow for it does not move it. It writes down where it has been.
+ROBOT = """
+import sys
+
+import rospy
+from geometry_msgs.msg import Point, Twist
+
+
+def step(speed):
+    return 0.05 * speed if abs(speed) > 0.01 else 0.0
+
+
+rospy.init_node('robot')
+place, way, rate = Point(), open(sys.argv[1], 'w', buffering=1), rospy.Rate(50)
+poses = rospy.Publisher('pose', Point, queue_size=10)
+commands = []
+rospy.Subscriber('cmd_vel', Twist, commands.append)
+while not rospy.is_shutdown():
+    if commands:
+        speed = commands[-1].linear
+        del commands[:]
+        place.x, place.y = place.x + step(speed.x), place.y + step(speed.y)
+        way.write('{} {}\\n'.format(place.x, place.y))
+        poses.publish(place)
+    elif not place.x:
+        poses.publish(place)
+    rate.sleep()
+"""
+
+
+class Way:
+    """Where the robot has been: [(x, y), ...]."""
+
+    def __init__(self, file):
+        self._file = file
+        self.begin = 0
+
+    @property
+    def places(self):
+        text = self._file.read_text(encoding='utf-8') if self._file.exists() else ''
+        return [tuple(map(float, line.split())) for line in text.splitlines(keepends=True) if line[-1] == '\n'][
+            self.begin :
+        ]
+
+    def is_at_goal(self):
+        (*_, before, last) = [(0.0, 0.0), (0.0, 0.0), *self.places]
+        return before == last and abs(last[0] - 4.0) < 0.01 and abs(last[1] - 1.0) < 0.01
+
+
+@pytest.fixture
+def way(tmp_path, master):
+    """The way of a robot, while a controller drives it."""
+    file = tmp_path / 'way.txt'
+    programs = [
+        Unmodified(tmp_path, 'controller', CONTROLLER),
+        Unmodified(tmp_path, 'robot', ROBOT, str(file), tracked=False),
+    ]
+    try:
+        made = Way(file)
+        wait_until(lambda: made.places, 'the robot has a place')
+        yield made
+    finally:
+        for program in programs:
+            program.stop()
+        with contextlib.suppress(rosgraph.MasterError):
+            master.deleteParam('/controller')
+
+
+def test_the_command_of_a_robot_that_drives_is_refused(way):
+    rosslt('set', '/controller/goal_x', '400')
+    told = failure('force', '/cmd_vel/linear/x', '1')
+    assert re.search(r'it changes by itself: \S+ became \S+ in the next message, .*; nothing was changed; ', told), told
+    named = set(told.strip().rpartition('it is moved most by ')[2].split(', '))
+    assert named == {'/controller/~kp', '/controller/~goal_x'}
+    assert rosslt('get', '/controller/kp').stdout == '1.25\n'
+    assert rosslt('get', '/controller/goal_x').stdout == '400.0\n'
+
+
+def test_at_rest_the_goal_is_tried_and_no_huge_gain(way):
+    """The error is almost 0 and left of it, so the gain would have to be some -200, for all axes of the robot."""
+    wait_until(way.is_at_goal, 'it is at its goal')
+    (planned,) = lines('force', '/cmd_vel/linear/x', '1', '--dry-run')
+    assert planned[0] == '/controller/~goal_x'
+    way.begin = len(way.places)
+    told = failure('force', '/cmd_vel/linear/x', '1')
+    assert 'it stood still before the change, and moves since; taken back' in told, told
+    assert {line[2] for line in lines('log', '/controller')} == {'/controller/~goal_x'}
+    wait_until(way.is_at_goal, 'it is at its goal again')
+    assert max(x for x, _ in way.places) < 4.81
+    assert {y for _, y in way.places} == {way.places[-1][1]}
