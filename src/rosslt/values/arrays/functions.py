@@ -17,19 +17,45 @@ from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, 
 _MISSING = object()
 
 
-def noticing(function: Any) -> Any:
-    """A function of NumPy that keeps provenance, whatever it is given; with plain arguments it is called as it is."""
+class _Builtin:
+    """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
 
-    @functools.wraps(function, updated=())
+    def __init__(self, original: Any, function: Callable[..., Any]) -> None:
+        self._function = function
+        self._original = original
+        functools.update_wrapper(self, original, updated=())
+
+    def __getattr__(self, name: str) -> Any:
+        if name == '_original':  # while it is copied
+            raise AttributeError(name)
+        return getattr(self._original, name)
+
+    def __call__(self, *arguments: Argument, **options: Argument) -> Any:
+        return self._function(*arguments, **options)
+
+
+def _replacing(original: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Decorate a replacement so that, as a class attribute, it becomes a method only if the original does."""
+    if isinstance(original, types.FunctionType):
+        return functools.wraps(original, updated=())
+    return functools.partial(_Builtin, original)
+
+
+def _noticing(function: Any) -> Any:
+    """A function of NumPy that keeps provenance, whatever it is given; with plain arguments it is called as it is."""
+    is_receptive = function in RECEPTIVE
+
+    @_replacing(function)
     def noticing(*arguments: Argument, **options: Argument) -> Any:
         for one in (*arguments, *options.values()) if options else arguments:
             if holds_tracked(one):
                 if isinstance(function, numpy.ufunc):
                     return _call_ufunc(function, arguments, options)
                 return call(function, arguments, options)
-        return function(*arguments, **options)
+        made = function(*arguments, **options)
+        return receptive(made) if is_receptive else made
 
-    return builtin_like(function, noticing)
+    return noticing
 
 
 def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
@@ -49,7 +75,7 @@ def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, 
 def _making_array(original: Any) -> Any:
     """`numpy.array` and its like."""
 
-    @functools.wraps(original, updated=())
+    @_replacing(original)
     def array(thing: Argument = _MISSING, *arguments: Any, **options: Any) -> Any:
         if thing is _MISSING:
             name = 'object' if original is numpy.array else 'a'
@@ -66,43 +92,9 @@ def _making_array(original: Any) -> Any:
             return made
         if made.dtype == object:
             return original(thing, **options)
-        if not spend(OF_ARRAY):
-            return made
-        return with_node(made, node_of_list([thing], made))
+        return with_node(made, node_of_list([thing], made)) if spend(OF_ARRAY) else made
 
     return array
-
-
-def _making_receptive(original: Any) -> Any:
-    """One of RECEPTIVE."""
-
-    @functools.wraps(original, updated=())
-    def empty(*arguments: Argument, **options: Argument) -> Any:
-        return receptive(original(*map(plain, arguments), **plain(options)))
-
-    return empty
-
-
-class _Builtin:
-    """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
-
-    def __init__(self, original: Any, function: Callable[..., Any]) -> None:
-        self._function = function
-        self._original = original
-        functools.update_wrapper(self, original, updated=())
-
-    def __getattr__(self, name: str) -> Any:
-        if name == '_original':  # while it is copied
-            raise AttributeError(name)
-        return getattr(self._original, name)
-
-    def __call__(self, *arguments: Argument, **options: Argument) -> Any:
-        return self._function(*arguments, **options)
-
-
-def builtin_like(original: Any, function: Callable[..., Any]) -> Any:
-    """Wrap a replacement so that, as a class attribute, it becomes a method only if the original does."""
-    return function if isinstance(original, types.FunctionType) else _Builtin(original, function)
 
 
 def replacements(module: types.ModuleType) -> Dict[str, Any]:
@@ -111,20 +103,15 @@ def replacements(module: types.ModuleType) -> Dict[str, Any]:
     for name in dir(module):
         function = getattr(module, name)
         if not name.startswith('_') and isinstance(function, (types.FunctionType, types.BuiltinFunctionType)):
-            found[name] = noticing(function)
-    if module is numpy:
-        for name in ['array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray']:
-            if name in found:  # not every NumPy has all of them
-                found[name] = builtin_like(getattr(numpy, name), _making_array(getattr(numpy, name)))
-        for function in RECEPTIVE:
-            found[function.__name__] = builtin_like(function, _making_receptive(function))
+            is_array = name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray')
+            found[name] = _making_array(function) if is_array else _noticing(function)
     return found
 
 
 def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function that treats arrays of objects as arrays of their elements."""
 
-    @functools.wraps(function, updated=())
+    @_replacing(function)
     def called(*arguments: Argument, **options: Argument) -> Any:
         return function(*map(_of_objects, arguments), **{name: _of_objects(one) for name, one in options.items()})
 
@@ -133,18 +120,16 @@ def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _of_objects(x: Argument) -> Argument:
     is_tracked = isinstance(x, numpy.ndarray) and x.dtype == object and x.ndim and holds_tracked(x.tolist())
-    return ARRAY(x.tolist()) if is_tracked else x
+    return _ARRAY(x.tolist()) if is_tracked else x
 
 
 def _functions() -> Dict[str, Any]:
     """`{name: function}`, and the same for the names of `numpy.linalg` with that in front of them."""
-    ufuncs = {name: one for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
     linalg = {'linalg.' + name: function for name, function in replacements(numpy.linalg).items()}
-    made = {name: _taking_objects(function) for name, function in {**replacements(numpy), **linalg}.items()}
-    made.update({name: _Builtin(one, _taking_objects(noticing(one))) for name, one in ufuncs.items()})
-    return made
+    ufuncs = {name: _noticing(one) for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
+    return {name: _taking_objects(one) for name, one in {**replacements(numpy), **linalg, **ufuncs}.items()}
 
 
-ARRAY = _making_array(numpy.array)
+_ARRAY = _making_array(numpy.array)
 FUNCTIONS = _functions()
 """The functions of NumPy by name (`dot`, `linalg.inv`), each keeping provenance."""

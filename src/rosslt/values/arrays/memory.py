@@ -28,15 +28,13 @@ class Memory:
     Attributes:
         root: the same.
         entries: nodes and tracked numbers of Python by their serial numbers, in the order in which they were written.
-        is_tracked: whether all elements come from entries.
     """
 
-    __slots__ = ('_codes', '_serials', 'entries', 'is_tracked', 'root')
+    __slots__ = ('_codes', '_serials', 'entries', 'root')
 
     def __init__(self, root: Any, node: Optional[Node] = None) -> None:
         self.root = root
         self.entries: Dict[int, Any] = {} if node is None else {1: node}
-        self.is_tracked = node is not None
         self._serials = itertools.count(2)
         self._codes: Dict[str, Any] = {}
 
@@ -64,9 +62,9 @@ class Memory:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
             return numpy.zeros(view.shape, _CODE)
-        offset = _address(view) - _address(self.root)
+        address, start = (one.__array_interface__['data'][0] for one in (view, self.root))
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
-        return numpy.ndarray(view.shape, _CODE, codes, offset // width * _CODE.itemsize, strides)
+        return numpy.ndarray(view.shape, _CODE, codes, (address - start) // width * _CODE.itemsize, strides)
 
     def node_of(self, view: Any) -> Optional[Node]:
         """Return the node of the elements of a view; None if all of them are plain."""
@@ -79,7 +77,7 @@ class Memory:
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
         """Return the node of an array of elements with such codes; None if all of them are plain."""
-        if not self.is_tracked and not codes.any():
+        if not codes.any():
             return None
         spend(OF_ARRAY)
         call = Gathering(codes.copy(), numpy.array(numbers), self.entries)
@@ -94,7 +92,6 @@ class Memory:
             made: a node, a tracked number of Python, or None for plain numbers.
         """
         if made is None:
-            self.is_tracked = False
             codes[key] = 0
             return
         if len(self.entries) > 2 * self.root.size + 16:
@@ -118,11 +115,6 @@ class Memory:
 
 def _codes_from(serial: int, shape: Any) -> Any:
     return numpy.arange(serial * SERIAL, serial * SERIAL + math.prod(shape)).reshape(shape)
-
-
-def _address(array: Any) -> int:
-    address: int = array.__array_interface__['data'][0]
-    return address
 
 
 def lazy_number(number: Any, entry: Any, index: int, kind: Any) -> Any:
