@@ -21,11 +21,11 @@ from .tracked_array import (
 )
 
 _ARRAY: Any = numpy.ndarray
-_NO_VALUE = getattr(numpy, '_NoValue', None)
 _NUMBERS = (float, int, numpy.generic)
 
-#: What a function may take beside arrays and lists and be called again with.
-_CONSTANTS = (type(None), bool, int, float, str, type, numpy.dtype, numpy.generic, slice, type(Ellipsis))
+#: What a function may take beside arrays and lists and be called again with: most are of these classes themselves.
+_CONSTANTS = {type(getattr(numpy, '_NoValue', None)), type(None), type(Ellipsis), bool, int, float, str, slice}
+_KINDS_OF_CONSTANTS = (int, float, str, type, numpy.dtype, numpy.generic)
 
 ARRAYS = frozenset({numpy.ndarray, TrackedArray, list, tuple})
 """The classes of operands that are computed element by element."""
@@ -102,6 +102,8 @@ class _Captured:
     def __call__(self, x: Argument) -> Any:
         """An argument with nodes for arrays with provenance, and plain arrays copied: the program may change them."""
         kind = type(x)
+        if kind in _CONSTANTS:
+            return x
         if kind in WITH_PROVENANCE or kind is TrackedArray:
             if kind is TrackedArray:
                 self.arrays.append(x)
@@ -116,7 +118,7 @@ class _Captured:
             return x.copy() if self.is_whole else x
         if kind in (list, tuple):
             return kind([self(part) for part in x])
-        self.is_whole = self.is_whole and (isinstance(x, _CONSTANTS) or x is _NO_VALUE)
+        self.is_whole = self.is_whole and isinstance(x, _KINDS_OF_CONSTANTS)
         return x
 
 
@@ -191,13 +193,13 @@ LOST: List[Callable[[Any, Any], None]] = []
 
 def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argument]) -> Any:
     """Call a function of NumPy: the result has NumPy's own numbers, with their provenance if it is known."""
-    captured = _Captured()
-    # Provenance is taken first: a function may overwrite its operands. What it only writes to is none of them.
-    out, plain_options = options.get('out'), plain(options)
+    captured, out, kept = _Captured(), options.get('out'), options
     is_masked = out is not None and isinstance(function, numpy.ufunc) and 'where' in options
-    args = captured.all(arguments)
-    named = captured.all({n: one for n, one in options.items() if n != 'out' and not (is_masked and n == 'where')})
-    given = [plain(one) for one in arguments]
+    if out is not None:  # what a function only writes to is no operand
+        kept = {name: one for name, one in options.items() if name != 'out' and not (is_masked and name == 'where')}
+    # Provenance is taken first: a function may overwrite its operands.
+    args, named = captured.all(arguments), captured.all(kept)
+    given, plain_options = [plain(one) for one in arguments], plain(options)
     result = function(*given, **plain_options)
     if result is None:
         target = arguments[0] if arguments else next((options[name] for name in _TARGETS if name in options), None)
@@ -211,20 +213,21 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
         return None
     if function in RECEPTIVE:
         return receptive(result)
-    outs, shown = (out, plain_options['out']) if type(out) is tuple else ((out,), (plain_options.get('out'),))
-    if out is None and isinstance(result, (numpy.ndarray, list)):
+    targets: List[Any] = []
+    if out is not None:
+        outs, shown = (out, plain_options['out']) if type(out) is tuple else ((out,), (plain_options['out'],))
+        results = result if len(outs) > 1 else (result,)
+        targets = [one if _is_shown(part, array) else None for one, array, part in zip(outs, shown, results)]
+    elif isinstance(result, (numpy.ndarray, list, tuple)):
         if given and result is given[0]:
             return arguments[0]
         for at, one in enumerate(given):
             if one is result:  # its former elements are not operands
-                outs, shown, args[at] = (arguments[at],), (one,), None
-    results = result if len(outs) > 1 else (result,)
-    targets = [one if _is_shown(part, array) else None for one, array, part in zip(outs, shown, results)]
-    is_written = any(one is not None for one in targets)
-    if not is_written:
-        result, is_view = _views(result, captured.arrays, given)
-        if is_view:
-            return result
+                targets, args[at] = [arguments[at]], None
+        if not targets:
+            result, is_view = _views(result, captured.arrays, given)
+            if is_view:
+                return result
     made = result
     if captured.operands and captured.is_whole:
         if getattr(getattr(result, 'dtype', None), 'kind', '') == 'f':
@@ -233,16 +236,14 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     if made is result and captured.operands:
         for tell in LOST:
             tell(result, (arguments, options))
-    if not is_written:
-        return made
-    parts = list(made if len(outs) > 1 else (made,))
+    parts = list(made) if len(targets) > 1 else [made]
     for at, (target, part) in enumerate(zip(targets, parts)):
         if type(target) is TrackedArray:
             chosen = numpy.broadcast_to(plain_options['where'], target.shape) if is_masked else ...
             target.write_provenance(chosen, provenance_of(part))
         if isinstance(target, numpy.ndarray) and not isinstance(part, numpy.generic):
             parts[at] = target
-    return tuple(parts) if len(outs) > 1 else parts[0]
+    return tuple(parts) if len(targets) > 1 else parts[0]
 
 
 def _is_shown(result: Any, out: Any) -> bool:

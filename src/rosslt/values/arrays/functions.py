@@ -17,28 +17,17 @@ from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, 
 _MISSING = object()
 
 
-class _Builtin:
+class _Builtin(functools.partial):
     """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
 
-    def __init__(self, original: Any, function: Callable[..., Any]) -> None:
-        self._function = function
-        self._original = original
-        functools.update_wrapper(self, original, updated=())
-
     def __getattr__(self, name: str) -> Any:
-        if name == '_original':  # while it is copied
-            raise AttributeError(name)
-        return getattr(self._original, name)
-
-    def __call__(self, *arguments: Argument, **options: Argument) -> Any:
-        return self._function(*arguments, **options)
+        return getattr(self.__dict__['__wrapped__'], name)
 
 
 def _replacing(original: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a replacement so that, as a class attribute, it becomes a method only if the original does."""
-    if isinstance(original, types.FunctionType):
-        return functools.wraps(original, updated=())
-    return functools.partial(_Builtin, original)
+    wrap = functools.wraps(original, updated=())
+    return wrap if isinstance(original, types.FunctionType) else lambda function: wrap(_Builtin(function))
 
 
 def _noticing(function: Any) -> Any:

@@ -28,13 +28,15 @@ class Memory:
     Attributes:
         root: the same.
         entries: nodes and tracked numbers of Python by their serial numbers, in the order in which they were written.
+        is_tracked: whether all elements come from entries.
     """
 
-    __slots__ = ('_codes', '_serials', 'entries', 'root')
+    __slots__ = ('_codes', '_serials', 'entries', 'is_tracked', 'root')
 
     def __init__(self, root: Any, node: Optional[Node] = None) -> None:
         self.root = root
         self.entries: Dict[int, Any] = {} if node is None else {1: node}
+        self.is_tracked = node is not None
         self._serials = itertools.count(2)
         self._codes: Dict[str, Any] = {}
 
@@ -77,7 +79,7 @@ class Memory:
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
         """Return the node of an array of elements with such codes; None if all of them are plain."""
-        if not codes.any():
+        if not self.is_tracked and not codes.any():
             return None
         spend(OF_ARRAY)
         call = Gathering(codes.copy(), numpy.array(numbers), self.entries)
@@ -92,6 +94,7 @@ class Memory:
             made: a node, a tracked number of Python, or None for plain numbers.
         """
         if made is None:
+            self.is_tracked = False
             codes[key] = 0
             return
         if len(self.entries) > 2 * self.root.size + 16:

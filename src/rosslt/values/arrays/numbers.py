@@ -27,6 +27,7 @@ PYTHON_NUMBERS = frozenset((PYTHON_CLASSES[float], PYTHON_CLASSES[int]))
 OF_NUMPY = 4 * OF_PYTHON
 """How many operations of the compiled core take as long as one of NumPy's numbers that is recorded."""
 
+_FLOAT = PYTHON_CLASSES[float]
 Number = Any
 """A number of Python or NumPy, with provenance or without."""
 
@@ -101,7 +102,8 @@ def with_tracked(number: Number, tracked: Number) -> Number:
     kind = type(number)
     if kind not in CLASSES:
         return number
-    tracked = same_number(number, tracked, rounding_of(kind))
+    if type(tracked) is not _FLOAT or kind is not numpy.float64 or tracked._plain != number or not number:
+        tracked = same_number(number, tracked, rounding_of(kind))
     return of_numpy(number, tracked) if type(tracked) in PYTHON_NUMBERS else number
 
 

@@ -11,6 +11,7 @@ from typing import Any, Callable, List, Optional
 import numpy
 
 from ..recording import OF_PYTHON, spend
+from ..tracked import TRACKED
 from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, report
 from .memory import Memory
 from .numbers import CLASSES, PYTHON_NUMBERS, WITH_PROVENANCE, plain_number, python_number
@@ -278,7 +279,7 @@ def plain(x: Argument) -> Any:
         return kind([plain(part) for part in x])
     if kind is dict:
         return {name: plain(part) for name, part in x.items()}
-    return plain_number(x)
+    return plain_number(x) if kind in TRACKED else x
 
 
 def holds_tracked(x: Argument) -> bool:
@@ -325,10 +326,10 @@ def node_of_list(numbers: Argument, result: Any) -> Optional[Node]:
     """The node of the array that NumPy makes of a list with tracked numbers or arrays."""
     elements: List[Any] = []
     _flatten(numbers, elements)
-    is_known = len(elements) == result.size and result.dtype.kind in 'iuf' and holds_tracked(elements)
-    if not is_known:
+    operands = [element for element in elements if type(element) in PYTHON_NUMBERS]
+    if not operands or len(elements) != result.size or result.dtype.kind not in 'iuf':
         return None
-    node = Node(None, [element for element in elements if type(element) in PYTHON_NUMBERS], result)
+    node = Node(None, operands, result)
     node.keep(elements)
     return node
 
