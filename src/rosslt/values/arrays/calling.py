@@ -129,16 +129,14 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
             return _write_at(ufunc.at, *inputs)
         return call(ufunc if method == '__call__' else getattr(ufunc, method), inputs, options)
     numbers, args, operands = [], [], []
-    copied, has_array, is_recorded = 0, False, None
+    copied, has_array = 0, False
     for operand in inputs:
         kind = type(operand)
         number = operand
         if kind is TrackedArray:
             has_array = True
             number = _ARRAY.view(operand, numpy.ndarray)
-            if is_recorded is None and operand.has_provenance:
-                is_recorded = spend(OF_ARRAY)
-            operand = provenance_of(operand) if is_recorded else None
+            operand = provenance_of(operand)
             if operand is None:
                 copied += number.size
                 operand = number
@@ -158,7 +156,7 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
     result = ufunc(*numbers)
     if not has_array:
         return recorded(result, of_numbers(ufunc), *inputs)
-    if not operands or copied >= MAX_COPIED or not (spend(OF_ARRAY) if is_recorded is None else is_recorded):
+    if not operands or copied >= MAX_COPIED or not spend(OF_ARRAY):
         return result
     # The program may change plain arrays.
     args = [arg.copy() if type(arg) is numpy.ndarray else arg for arg in args]

@@ -5,16 +5,14 @@ NumPy itself asks nobody if it is given lists and numbers, and arrays that are m
 
 import functools
 import types
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Dict
 
 import numpy
 
 from ..recording import spend
 from .calling import RECEPTIVE, call, compute
 from .graph import OF_ARRAY
-from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, plain, receptive, with_node
-
-_MISSING = object()
+from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, of_list, plain, receptive, with_node
 
 
 class _Builtin(functools.partial):
@@ -38,41 +36,35 @@ def _noticing(function: Any) -> Any:
     def noticing(*arguments: Argument, **options: Argument) -> Any:
         for one in (*arguments, *options.values()) if options else arguments:
             if holds_tracked(one):
-                if isinstance(function, numpy.ufunc):
-                    return _call_ufunc(function, arguments, options)
-                return call(function, arguments, options)
+                if not isinstance(function, numpy.ufunc):
+                    return call(function, arguments, options)
+                if options or len(arguments) != function.nin:
+                    # NumPy hands them on, with `out` wherever it takes it, if it is given no lists.
+                    return function(*map(_array_of_list, arguments), **options)
+                return compute(function, '__call__', arguments, {})
         made = function(*arguments, **options)
         return receptive(made) if is_receptive else made
 
     return noticing
 
 
-def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
-    """Call a ufunc with its results' arrays wherever NumPy takes them: behind the operands, or as `out`."""
-    results = arguments[ufunc.nin :]
-    if len(results) > ufunc.nout or len(arguments) < ufunc.nin:
-        return ufunc(*map(plain, arguments), **plain(options))  # which says what is wrong
-    if results:
-        options['out'] = (*results, *[None] * (ufunc.nout - len(results)))
-    elif options.get('out') is None:
-        options.pop('out', None)
-    elif type(options['out']) is not tuple:
-        options['out'] = (options['out'],)
-    return compute(ufunc, '__call__', arguments[: ufunc.nin], options)
+def _array_of_list(x: Argument) -> Argument:
+    return of_list(x, None) if type(x) in (list, tuple) and holds_tracked(x) else x
 
 
 def _making_array(original: Any) -> Any:
     """`numpy.array` and its like."""
 
+    name = 'object' if original is numpy.array else 'a'
+
     @_replacing(original)
-    def array(thing: Argument = _MISSING, *arguments: Any, **options: Any) -> Any:
-        if thing is _MISSING:
-            name = 'object' if original is numpy.array else 'a'
-            return array(options.pop(name), **options) if name in options else original(**options)
+    def array(*arguments: Any, **options: Any) -> Any:
+        if not arguments and name in options:
+            arguments = (options.pop(name),)
+        thing = arguments[0] if arguments else None
         if type(thing) is not TrackedArray and not holds_tracked(thing):
-            return original(thing, *arguments, **options)
-        if arguments:
-            options = {'dtype': arguments[0], **dict(zip(('copy', 'order', 'subok'), arguments[1:])), **options}
+            return original(*arguments, **options)
+        options = {**dict(zip(('dtype', 'copy', 'order', 'subok'), arguments[1:])), **options}
         if type(thing) is TrackedArray:
             made = call(original, (thing,), options)
             return receptive(made) if type(made) is numpy.ndarray else made

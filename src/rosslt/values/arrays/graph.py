@@ -21,7 +21,6 @@ from ..calls import operation
 from ..functions import to_float
 from ..graph import tracked_leaves
 from ..numpy_ufuncs import BY_UFUNC
-from ..operations import LAZY
 from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
@@ -131,9 +130,10 @@ class Node:
         call: the same; None once the elements are known.
         shape, kind: the shape of the result, and the class of its numbers.
         size: how large the graph is: the longest way down, with what was copied.
+        known: the elements once they were asked for, as `elements` gives them; None before.
     """
 
-    __slots__ = ('_elements', '_rounding', 'call', 'kind', 'operands', 'shape', 'size')
+    __slots__ = ('_rounding', 'call', 'kind', 'known', 'operands', 'shape', 'size')
 
     is_uncertain = True  # an element that is looked up may have no provenance
 
@@ -146,7 +146,7 @@ class Node:
             if below > size:
                 size = below
         self.size: int = size + 1 + copied // ELEMENTS_PER_SIZE
-        self._elements: Any = None
+        self.known: Any = None
         self._rounding: Optional[float] = None
 
     def __call__(self, value: Any, index: int) -> Any:
@@ -168,14 +168,9 @@ class Node:
             self._rounding = float(NOISE * unit * max(filter(math.isfinite, plain), default=0.0))
         return self._rounding
 
-    def known(self, index: int, number: Any) -> Any:
-        """An element; LAZY if it is not known yet, or differs from the number by rounding."""
-        made: Any = LAZY if self._elements is None else self._elements[index]
-        return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
-
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else if there is no provenance."""
-        if self._elements is None:
+        if self.known is None:
             # Calls recorded so far are expanded as a whole, at the expense of later ones.
             start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
@@ -186,12 +181,12 @@ class Node:
             finally:
                 allow(allowance)
                 spend(1 + round((time.thread_time() - start) / OPERATION))
-        found: List[Any] = self._elements
+        found: List[Any] = self.known
         return found
 
     def keep(self, elements: List[Any]) -> None:
         """Keep the elements, and drop the call and its operands."""
-        self._elements = elements
+        self.known = elements
         self.call, self.operands = None, ()
 
     def objects(self, of: Callable[[Any], Any]) -> Any:

@@ -105,10 +105,8 @@ class TrackedArray(numpy.ndarray):
             found: the copy.
             move: does to the codes of this array what made the copy.
         """
-        memory = self._memory
-        if memory is None or not memory.entries:
-            return found.view(numpy.ndarray)
-        return with_node(found.view(numpy.ndarray), memory.gathered(move(self.codes), found.view(numpy.ndarray)))
+        made, memory = found.view(numpy.ndarray), self._memory
+        return with_node(made, memory.gathered(move(self.codes), made)) if memory and memory.entries else made
 
     def __setitem__(self, key: Any, value: Any) -> None:
         if self._memory is None:
@@ -133,13 +131,13 @@ class TrackedArray(numpy.ndarray):
 
     def tolist(self) -> Any:
         """Override the method of `numpy.ndarray`: tracked elements become tracked numbers of Python."""
-        return self._listed(super().tolist(), self.codes) if self.has_provenance else super().tolist()
+        return self._listed(super().tolist(), self.codes.tolist()) if self.has_provenance else super().tolist()
 
     def _listed(self, numbers: Any, codes: Any) -> Any:
         if type(numbers) is list:
             return [self._listed(*pair) for pair in zip(numbers, codes)]
         assert self._memory is not None
-        return self._memory.read(numbers, int(codes))
+        return self._memory.read(numbers, codes)
 
     def item(self, *index: Any) -> Any:
         """Override the method of `numpy.ndarray` to keep provenance."""
