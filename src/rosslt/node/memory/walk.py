@@ -8,6 +8,7 @@ import builtins
 import collections
 import functools
 import gc
+import itertools
 import sys
 import threading
 import types
@@ -200,7 +201,7 @@ class Walk:
 
     def _look_into_array(self, thing: Any) -> None:
         if thing.dtype.char == 'O':
-            self._hold(thing, [(index, thing[index]) for index in values.numpy_arrays().indices(thing)])
+            self._hold(thing, [(index, thing[index]) for index in itertools.product(*map(range, thing.shape))])
 
     _OF_CLASSES: ClassVar[Dict[type, str]] = {
         dict: '_look_into_dict',

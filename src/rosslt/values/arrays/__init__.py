@@ -9,26 +9,6 @@ written since, `tracked_array.py` the class of arrays,
 from .calling import LOST, compute
 from .functions import FUNCTIONS, replacements
 from .graph import FAULTS
-from .noted import Noted, indices
+from .noted import Noted
 from .numbers import CLASSES, PYTHON_NUMBERS, conversion, python_number, same_number, with_tracked
 from .tracked_array import TrackedArray, holds_tracked, of_list, plain
-
-__all__ = [
-    'CLASSES',
-    'FAULTS',
-    'FUNCTIONS',
-    'LOST',
-    'Noted',
-    'PYTHON_NUMBERS',
-    'TrackedArray',
-    'compute',
-    'conversion',
-    'holds_tracked',
-    'indices',
-    'of_list',
-    'plain',
-    'python_number',
-    'replacements',
-    'same_number',
-    'with_tracked',
-]

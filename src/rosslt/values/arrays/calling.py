@@ -1,6 +1,6 @@
 """Calls of NumPy's functions with arrays and numbers that have provenance: NumPy computes, and the call is recorded."""
 
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import numpy
 
@@ -12,7 +12,6 @@ from .tracked_array import (
     Argument,
     TrackedArray,
     converted,
-    holds_tracked,
     of_list,
     of_memory,
     plain,
@@ -22,11 +21,11 @@ from .tracked_array import (
 )
 
 _ARRAY: Any = numpy.ndarray
-_NO_VALUE = getattr(numpy, '_NoValue', None)
 _NUMBERS = (float, int, numpy.generic)
 
-#: What a function may take beside arrays and lists and be called again with.
-_CONSTANTS = (type(None), bool, int, float, str, type, numpy.dtype, numpy.generic, slice, type(Ellipsis))
+#: What a function may take beside arrays and lists and be called again with: most are of these classes themselves.
+_CONSTANTS = {type(getattr(numpy, '_NoValue', None)), type(None), type(Ellipsis), bool, int, float, str, slice}
+_KINDS_OF_CONSTANTS = (int, float, str, type, numpy.dtype, numpy.generic)
 
 ARRAYS = frozenset({numpy.ndarray, TrackedArray, list, tuple})
 """The classes of operands that are computed element by element."""
@@ -47,12 +46,12 @@ def wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> An
 
 
 def _wrapped(result: Any, call: Call, operands: Sequence[Any], copied: int) -> Any:
-    if type(result) in (list, tuple) or (isinstance(result, tuple) and hasattr(result, '_fields')):
+    if isinstance(result, (list, tuple)):
         parts = [
             _wrapped(part, Call(call.function, call.args, call.options, at), operands, copied)
             for at, part in enumerate(result)
         ]
-        return type(result)(*parts) if hasattr(result, '_fields') else type(result)(parts)
+        return getattr(type(result), '_make', type(result))(parts)  # a named tuple, too
     kind = type(result)
     if kind is not numpy.ndarray and kind not in CLASSES:
         return result
@@ -89,7 +88,7 @@ class _Captured:
         self.arrays: List[TrackedArray] = []
         self.operands: List[Any] = []
         self.copied = 0
-        self.is_whole = True
+        self.is_whole = spend(OF_ARRAY)
 
     def all(self, x: Any) -> Any:
         """Arguments in a list or dict, as the call of an argument gives each; what cannot be kept is not."""
@@ -103,6 +102,8 @@ class _Captured:
     def __call__(self, x: Argument) -> Any:
         """An argument with nodes for arrays with provenance, and plain arrays copied: the program may change them."""
         kind = type(x)
+        if kind in _CONSTANTS:
+            return x
         if kind in WITH_PROVENANCE or kind is TrackedArray:
             if kind is TrackedArray:
                 self.arrays.append(x)
@@ -116,43 +117,26 @@ class _Captured:
             self.is_whole = self.is_whole and x.dtype.kind in 'biuf' and self.copied < MAX_COPIED
             return x.copy() if self.is_whole else x
         if kind in (list, tuple):
-            if self.is_whole and _is_of_numbers(x):
-                made = provenance_of(x)
-                if made is not None:
-                    self.operands.append(made)
-                    return made
             return kind([self(part) for part in x])
-        self.is_whole = self.is_whole and (isinstance(x, _CONSTANTS) or x is _NO_VALUE)
+        self.is_whole = self.is_whole and isinstance(x, _KINDS_OF_CONSTANTS)
         return x
-
-
-def _is_of_numbers(x: Argument) -> bool:
-    """Return True for a list that has tracked numbers, at any depth, and no arrays."""
-    for part in x:
-        kind = type(part)
-        if kind in (list, tuple):
-            if not _is_of_numbers(part):
-                return False
-        elif isinstance(part, numpy.ndarray):
-            return False
-    return holds_tracked(x)
 
 
 def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
     """Call a ufunc: the result has NumPy's own numbers, with the provenance of the operands."""
     if method != '__call__' or options or ufunc.nout != 1:
-        return _compute(ufunc, method, inputs, options)
+        if method == 'at' and type(inputs[0]) is TrackedArray:
+            return _write_at(ufunc.at, *inputs)
+        return call(ufunc if method == '__call__' else getattr(ufunc, method), inputs, options)
     numbers, args, operands = [], [], []
-    copied, has_array, is_recorded = 0, False, None
+    copied, has_array = 0, False
     for operand in inputs:
         kind = type(operand)
         number = operand
         if kind is TrackedArray:
             has_array = True
             number = _ARRAY.view(operand, numpy.ndarray)
-            if is_recorded is None and operand.has_provenance:
-                is_recorded = spend(OF_ARRAY)
-            operand = provenance_of(operand) if is_recorded else None
+            operand = provenance_of(operand)
             if operand is None:
                 copied += number.size
                 operand = number
@@ -166,80 +150,32 @@ def compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[s
             operand = python_number(operand)
             operands.append(operand)
         elif not isinstance(operand, _NUMBERS):
-            return _compute(ufunc, method, inputs, options)
+            return call(ufunc, inputs, options)
         numbers.append(number)
         args.append(operand)
     result = ufunc(*numbers)
     if not has_array:
         return recorded(result, of_numbers(ufunc), *inputs)
-    if not operands or copied >= MAX_COPIED or not (spend(OF_ARRAY) if is_recorded is None else is_recorded):
+    if not operands or copied >= MAX_COPIED or not spend(OF_ARRAY):
         return result
     # The program may change plain arrays.
     args = [arg.copy() if type(arg) is numpy.ndarray else arg for arg in args]
     return wrapped(result, Call(ufunc, args, {}), operands, copied)
 
 
-def _compute(ufunc: Any, method: str, inputs: Sequence[Argument], options: Dict[str, Argument]) -> Any:
-    """`compute` with methods, options and lists."""
-    numbers = [plain(one) for one in inputs]
-    out = options.pop('out', None)
-    plain_options = plain(options)
-    captured = _Captured()
-    args: Sequence[Any] = ()
-    # The provenance is taken first: an operation with `out` may overwrite its operands.
-    if any(map(holds_tracked, inputs)) and spend(OF_ARRAY):
-        args = captured.all(inputs)
-    function = ufunc if method == '__call__' else getattr(ufunc, method)
-    if out is None:
-        result = function(*numbers, **plain_options)
-    else:
-        given = tuple(map(plain, out))
-        result = function(*numbers, out=given, **plain_options)
-        # An operand of another class may give what it likes instead (NEP 13).
-        results = result if len(given) > 1 else (result,)
-        out = [target if part is one else None for target, one, part in zip(out, given, results)]
-    if method == 'at':
-        if type(inputs[0]) is TrackedArray:
-            mask, node = numpy.zeros(numbers[0].shape, bool), None
-            mask[numbers[1]] = True
-            if captured.operands and captured.is_whole:
-                call = Call(_at(function), [args[0], numbers[1], *args[2:]], {})
-                node = Node(call, captured.operands, numbers[0], captured.copied)
-            inputs[0].write_provenance(mask, node)
-        return result
-    chosen = ...
-    if out is not None and method == '__call__' and plain_options.get('where', True) is not True:
-        chosen = plain_options.pop('where')
-    made = result
-    if captured.operands and captured.is_whole:
-        made = wrapped(result, Call(function, args, plain_options), captured.operands, captured.copied)
-    if out is None:
-        return made
-    return _written(out, made, chosen) if len(out) > 1 else _written(out, (made,), chosen)[0]
+def _write_at(function: Callable[..., Any], target: TrackedArray, indices: Argument, *numbers: Argument) -> None:
+    """Call the method `at` of a ufunc, which reads what it writes: it changes a copy, whose elements are moved."""
 
-
-def _at(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The method `at` of a ufunc as a function that gives a changed copy."""
-
-    def changed(array: Any, *arguments: Any) -> Any:
+    def at(array: Any, *arguments: Any) -> Any:
         made = numpy.array(array)
         function(made, *arguments)
         return made
 
-    return changed
-
-
-def _written(out: Sequence[Any], made: Sequence[Any], chosen: Any = ...) -> Tuple[Any, ...]:
-    """The arrays that results were written to, with the provenance of these; the result itself if there is none.
-
-    Args:
-        chosen: a mask of what was written; all by default.
-    """
-    for target, part in zip(out, made):
-        if type(target) is TrackedArray:
-            at = chosen if chosen is ... else numpy.broadcast_to(chosen, target.shape)
-            target.write_provenance(at, provenance_of(part) if target is not part else None)
-    return tuple(part if target is None else target for target, part in zip(out, made))
+    mask = numpy.zeros(target.shape, bool)
+    made = call(at, (target, plain(indices), *numbers), {})
+    plain(target)[...] = plain(made)
+    mask[plain(indices)] = True
+    target.write_provenance(mask, provenance_of(made))
 
 
 _TARGETS = ('dst', 'a', 'arr')
@@ -255,11 +191,14 @@ LOST: List[Callable[[Any, Any], None]] = []
 
 def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argument]) -> Any:
     """Call a function of NumPy: the result has NumPy's own numbers, with their provenance if it is known."""
-    captured = _Captured()
-    captured.is_whole = spend(OF_ARRAY)
-    args, named = captured.all(arguments), captured.all(options)
-    given, plain_named = [plain(one) for one in arguments], plain(options)
-    result = function(*given, **plain_named)
+    captured, out, kept = _Captured(), options.get('out'), options
+    is_masked = out is not None and isinstance(function, numpy.ufunc) and 'where' in options
+    if out is not None:  # what a function only writes to is no operand
+        kept = {name: one for name, one in options.items() if name != 'out' and not (is_masked and name == 'where')}
+    # Provenance is taken first: a function may overwrite its operands.
+    args, named = captured.all(arguments), captured.all(kept)
+    given, plain_options = [plain(one) for one in arguments], plain(options)
+    result = function(*given, **plain_options)
     if result is None:
         target = arguments[0] if arguments else next((options[name] for name in _TARGETS if name in options), None)
         if type(target) is TrackedArray:
@@ -272,22 +211,21 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
         return None
     if function in RECEPTIVE:
         return receptive(result)
-    target = None
-    out = plain_named.get('out')
-    if out is result or (isinstance(out, numpy.ndarray) and not out.ndim and isinstance(result, numpy.generic)):
-        # It was written to an array without axes, too, if NumPy gives its number.
-        target, named['out'] = options['out'], None
-    elif isinstance(result, (numpy.ndarray, list)):
+    targets: List[Any] = []
+    if out is not None:
+        outs, shown = (out, plain_options['out']) if type(out) is tuple else ((out,), (plain_options['out'],))
+        results = result if len(outs) > 1 else (result,)
+        targets = [one if _is_shown(part, array) else None for one, array, part in zip(outs, shown, results)]
+    elif isinstance(result, (numpy.ndarray, list, tuple)):
         if given and result is given[0]:
             return arguments[0]
-        # It was written to an array that was given for that: its former elements are not operands.
         for at, one in enumerate(given):
-            if one is result:
-                target, args[at] = arguments[at], None
-    if target is None:
-        result, is_view = _views(result, captured.arrays, given)
-        if is_view:
-            return result
+            if one is result:  # its former elements are not operands
+                targets, args[at] = [arguments[at]], None
+        if not targets:
+            result, is_view = _views(result, captured.arrays, given)
+            if is_view:
+                return result
     made = result
     if captured.operands and captured.is_whole:
         if getattr(getattr(result, 'dtype', None), 'kind', '') == 'f':
@@ -296,10 +234,19 @@ def call(function: Any, arguments: Sequence[Argument], options: Dict[str, Argume
     if made is result and captured.operands:
         for tell in LOST:
             tell(result, (arguments, options))
-    if target is None:
-        return made
-    written = _written([target], [made])[0]
-    return made if isinstance(result, numpy.generic) else written
+    parts = list(made) if len(targets) > 1 else [made]
+    for at, (target, part) in enumerate(zip(targets, parts)):
+        if type(target) is TrackedArray:
+            chosen = numpy.broadcast_to(plain_options['where'], target.shape) if is_masked else ...
+            target.write_provenance(chosen, provenance_of(part))
+        if isinstance(target, numpy.ndarray) and not isinstance(part, numpy.generic):
+            parts[at] = target
+    return tuple(parts) if len(targets) > 1 else parts[0]
+
+
+def _is_shown(result: Any, out: Any) -> bool:
+    """Return True for what was written to an array; NumPy may give the number of one without axes."""
+    return out is result or (isinstance(out, numpy.ndarray) and not out.ndim and isinstance(result, numpy.generic))
 
 
 def _views(result: Any, arrays: Sequence[TrackedArray], given: Sequence[Any]) -> Tuple[Any, bool]:
@@ -326,27 +273,18 @@ def _array_ufunc(_: Any, ufunc: Any, method: str, *inputs: Argument, **options: 
     return compute(ufunc, method, inputs, options)
 
 
-def _array_function(
-    _: Any, function: Any, types: Iterable[Any], arguments: Iterable[Argument], options: Mapping[str, Argument]
-) -> Any:
-    return call(function, tuple(arguments), dict(options))
-
-
-def _of_array(name: str) -> Callable[..., Any]:
+def _as_array(name: str) -> Callable[..., Any]:
     """A method of a number that does what an array of this number does."""
-
-    def method(self: Any, *arguments: Any, **options: Any) -> Any:
-        return getattr(of_list(self.tracked, self.dtype), name)(*arguments, **options)
-
-    return method
+    return lambda self, *a, **options: getattr(of_list(self.tracked, self.dtype), name)(*a, **options)
 
 
-_METHODS = ('sum mean max min prod std var ptp clip ravel flatten', 'reshape repeat cumsum cumprod')
-for _name in ' '.join(_METHODS).split():
+_METHODS = 'sum mean max min prod std var ptp clip ravel flatten reshape repeat cumsum cumprod'
+for _name in _METHODS.split():
     for _kind in CLASSES.values():
-        setattr(_kind, _name, _of_array(_name))
+        setattr(_kind, _name, _as_array(_name))
 
 # They complete the class, as NEP 13 and NEP 18 have it.
-TrackedArray.__array_ufunc__ = _array_ufunc  # type: ignore[method-assign, assignment]
-TrackedArray.__array_function__ = _array_function  # type: ignore[method-assign, assignment]
+_class: Any = TrackedArray
+_class.__array_ufunc__ = _array_ufunc
+_class.__array_function__ = lambda _, function, types, arguments, options: call(function, arguments, options)
 complete(compute, ARRAYS, _array_ufunc)

@@ -5,59 +5,66 @@ NumPy itself asks nobody if it is given lists and numbers, and arrays that are m
 
 import functools
 import types
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Dict
 
 import numpy
 
 from ..recording import spend
 from .calling import RECEPTIVE, call, compute
 from .graph import OF_ARRAY
-from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, plain, receptive, with_node
-
-_MISSING = object()
+from .tracked_array import Argument, TrackedArray, holds_tracked, node_of_list, of_list, plain, receptive, with_node
 
 
-def noticing(function: Any) -> Any:
+class _Builtin(functools.partial):
+    """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.__dict__['__wrapped__'], name)
+
+
+def _replacing(original: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Decorate a replacement so that, as a class attribute, it becomes a method only if the original does."""
+    wrap = functools.wraps(original, updated=())
+    return wrap if isinstance(original, types.FunctionType) else lambda function: wrap(_Builtin(function))
+
+
+def _noticing(function: Any) -> Any:
     """A function of NumPy that keeps provenance, whatever it is given; with plain arguments it is called as it is."""
+    is_receptive = function in RECEPTIVE
 
-    @functools.wraps(function, updated=())
+    @_replacing(function)
     def noticing(*arguments: Argument, **options: Argument) -> Any:
         for one in (*arguments, *options.values()) if options else arguments:
             if holds_tracked(one):
-                if isinstance(function, numpy.ufunc):
-                    return _call_ufunc(function, arguments, options)
-                return call(function, arguments, options)
-        return function(*arguments, **options)
+                if not isinstance(function, numpy.ufunc):
+                    return call(function, arguments, options)
+                if options or len(arguments) != function.nin:
+                    # NumPy hands them on, with `out` wherever it takes it, if it is given no lists.
+                    return function(*map(_array_of_list, arguments), **options)
+                return compute(function, '__call__', arguments, {})
+        made = function(*arguments, **options)
+        return receptive(made) if is_receptive else made
 
-    return builtin_like(function, noticing)
+    return noticing
 
 
-def _call_ufunc(ufunc: Any, arguments: Tuple[Argument, ...], options: Dict[str, Argument]) -> Any:
-    """Call a ufunc with its results' arrays wherever NumPy takes them: behind the operands, or as `out`."""
-    results = arguments[ufunc.nin :]
-    if len(results) > ufunc.nout or len(arguments) < ufunc.nin:
-        return ufunc(*map(plain, arguments), **plain(options))  # which says what is wrong
-    if results:
-        options['out'] = (*results, *[None] * (ufunc.nout - len(results)))
-    elif options.get('out') is None:
-        options.pop('out', None)
-    elif type(options['out']) is not tuple:
-        options['out'] = (options['out'],)
-    return compute(ufunc, '__call__', arguments[: ufunc.nin], options)
+def _array_of_list(x: Argument) -> Argument:
+    return of_list(x, None) if type(x) in (list, tuple) and holds_tracked(x) else x
 
 
 def _making_array(original: Any) -> Any:
     """`numpy.array` and its like."""
 
-    @functools.wraps(original, updated=())
-    def array(thing: Argument = _MISSING, *arguments: Any, **options: Any) -> Any:
-        if thing is _MISSING:
-            name = 'object' if original is numpy.array else 'a'
-            return array(options.pop(name), **options) if name in options else original(**options)
+    name = 'object' if original is numpy.array else 'a'
+
+    @_replacing(original)
+    def array(*arguments: Any, **options: Any) -> Any:
+        if not arguments and name in options:
+            arguments = (options.pop(name),)
+        thing = arguments[0] if arguments else None
         if type(thing) is not TrackedArray and not holds_tracked(thing):
-            return original(thing, *arguments, **options)
-        if arguments:
-            options = {'dtype': arguments[0], **dict(zip(('copy', 'order', 'subok'), arguments[1:])), **options}
+            return original(*arguments, **options)
+        options = {**dict(zip(('dtype', 'copy', 'order', 'subok'), arguments[1:])), **options}
         if type(thing) is TrackedArray:
             made = call(original, (thing,), options)
             return receptive(made) if type(made) is numpy.ndarray else made
@@ -66,43 +73,9 @@ def _making_array(original: Any) -> Any:
             return made
         if made.dtype == object:
             return original(thing, **options)
-        if not spend(OF_ARRAY):
-            return made
-        return with_node(made, node_of_list([thing], made))
+        return with_node(made, node_of_list([thing], made)) if spend(OF_ARRAY) else made
 
     return array
-
-
-def _making_receptive(original: Any) -> Any:
-    """One of RECEPTIVE."""
-
-    @functools.wraps(original, updated=())
-    def empty(*arguments: Argument, **options: Argument) -> Any:
-        return receptive(original(*map(plain, arguments), **plain(options)))
-
-    return empty
-
-
-class _Builtin:
-    """A Python function that replaces a C function: as an attribute of a class, it does not become a method."""
-
-    def __init__(self, original: Any, function: Callable[..., Any]) -> None:
-        self._function = function
-        self._original = original
-        functools.update_wrapper(self, original, updated=())
-
-    def __getattr__(self, name: str) -> Any:
-        if name == '_original':  # while it is copied
-            raise AttributeError(name)
-        return getattr(self._original, name)
-
-    def __call__(self, *arguments: Argument, **options: Argument) -> Any:
-        return self._function(*arguments, **options)
-
-
-def builtin_like(original: Any, function: Callable[..., Any]) -> Any:
-    """Wrap a replacement so that, as a class attribute, it becomes a method only if the original does."""
-    return function if isinstance(original, types.FunctionType) else _Builtin(original, function)
 
 
 def replacements(module: types.ModuleType) -> Dict[str, Any]:
@@ -111,20 +84,15 @@ def replacements(module: types.ModuleType) -> Dict[str, Any]:
     for name in dir(module):
         function = getattr(module, name)
         if not name.startswith('_') and isinstance(function, (types.FunctionType, types.BuiltinFunctionType)):
-            found[name] = noticing(function)
-    if module is numpy:
-        for name in ['array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray']:
-            if name in found:  # not every NumPy has all of them
-                found[name] = builtin_like(getattr(numpy, name), _making_array(getattr(numpy, name)))
-        for function in RECEPTIVE:
-            found[function.__name__] = builtin_like(function, _making_receptive(function))
+            is_array = name in ('array', 'asarray', 'asanyarray', 'asfarray', 'ascontiguousarray')
+            found[name] = _making_array(function) if is_array else _noticing(function)
     return found
 
 
 def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function that treats arrays of objects as arrays of their elements."""
 
-    @functools.wraps(function, updated=())
+    @_replacing(function)
     def called(*arguments: Argument, **options: Argument) -> Any:
         return function(*map(_of_objects, arguments), **{name: _of_objects(one) for name, one in options.items()})
 
@@ -133,18 +101,16 @@ def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _of_objects(x: Argument) -> Argument:
     is_tracked = isinstance(x, numpy.ndarray) and x.dtype == object and x.ndim and holds_tracked(x.tolist())
-    return ARRAY(x.tolist()) if is_tracked else x
+    return _ARRAY(x.tolist()) if is_tracked else x
 
 
 def _functions() -> Dict[str, Any]:
     """`{name: function}`, and the same for the names of `numpy.linalg` with that in front of them."""
-    ufuncs = {name: one for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
     linalg = {'linalg.' + name: function for name, function in replacements(numpy.linalg).items()}
-    made = {name: _taking_objects(function) for name, function in {**replacements(numpy), **linalg}.items()}
-    made.update({name: _Builtin(one, _taking_objects(noticing(one))) for name, one in ufuncs.items()})
-    return made
+    ufuncs = {name: _noticing(one) for name, one in vars(numpy).items() if isinstance(one, numpy.ufunc)}
+    return {name: _taking_objects(one) for name, one in {**replacements(numpy), **linalg, **ufuncs}.items()}
 
 
-ARRAY = _making_array(numpy.array)
+_ARRAY = _making_array(numpy.array)
 FUNCTIONS = _functions()
 """The functions of NumPy by name (`dot`, `linalg.inv`), each keeping provenance."""

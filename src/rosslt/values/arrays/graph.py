@@ -12,7 +12,7 @@ import math
 import operator
 import sys
 import time
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy
 
@@ -21,7 +21,6 @@ from ..calls import operation
 from ..functions import to_float
 from ..graph import tracked_leaves
 from ..numpy_ufuncs import BY_UFUNC
-from ..operations import LAZY
 from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
 from ..tracked import TRACKED
@@ -131,9 +130,10 @@ class Node:
         call: the same; None once the elements are known.
         shape, kind: the shape of the result, and the class of its numbers.
         size: how large the graph is: the longest way down, with what was copied.
+        known: the elements once they were asked for, as `elements` gives them; None before.
     """
 
-    __slots__ = ('_elements', '_largest', 'call', 'kind', 'operands', 'shape', 'size')
+    __slots__ = ('_rounding', 'call', 'kind', 'known', 'operands', 'shape', 'size')
 
     is_uncertain = True  # an element that is looked up may have no provenance
 
@@ -146,8 +146,8 @@ class Node:
             if below > size:
                 size = below
         self.size: int = size + 1 + copied // ELEMENTS_PER_SIZE
-        self._elements: Any = None
-        self._largest: Any = None
+        self.known: Any = None
+        self._rounding: Optional[float] = None
 
     def __call__(self, value: Any, index: int) -> Any:
         """Give the provenance of an element, as `tracked.resolve` asks for it: that of another number is not known."""
@@ -162,20 +162,15 @@ class Node:
 
     def _noise(self) -> float:
         """What may be left of numbers that cancel out: if its expression gives 0, NumPy may have rounded."""
-        if self._largest is None:
+        if self._rounding is None:
             plain = [abs(one._plain) for one in self.elements() if type(one) in PYTHON_NUMBERS]
-            self._largest = max(filter(math.isfinite, plain), default=0.0)
-        is_float = issubclass(self.kind, numpy.floating)
-        return float(NOISE * numpy.finfo(self.kind).eps * self._largest) if is_float else 0.0
-
-    def known(self, index: int, number: Any) -> Any:
-        """An element; LAZY if it is not known yet, or differs from the number by rounding."""
-        made: Any = LAZY if self._elements is None else self._elements[index]
-        return LAZY if type(made) in PYTHON_NUMBERS and made._plain != number else made
+            unit = numpy.finfo(self.kind).eps if issubclass(self.kind, numpy.floating) else 0.0
+            self._rounding = float(NOISE * unit * max(filter(math.isfinite, plain), default=0.0))
+        return self._rounding
 
     def elements(self) -> List[Any]:
         """The elements in C's order: tracked numbers of Python, and anything else if there is no provenance."""
-        if self._elements is None:
+        if self.known is None:
             # Calls recorded so far are expanded as a whole, at the expense of later ones.
             start, allowance = time.thread_time(), allow(sys.maxsize)
             try:
@@ -186,12 +181,12 @@ class Node:
             finally:
                 allow(allowance)
                 spend(1 + round((time.thread_time() - start) / OPERATION))
-        found: List[Any] = self._elements
+        found: List[Any] = self.known
         return found
 
     def keep(self, elements: List[Any]) -> None:
         """Keep the elements, and drop the call and its operands."""
-        self._elements = elements
+        self.known = elements
         self.call, self.operands = None, ()
 
     def objects(self, of: Callable[[Any], Any]) -> Any:
@@ -199,18 +194,6 @@ class Node:
         made = numpy.empty(len(self.elements()), object)
         made[:] = [of(element) for element in self.elements()]
         return made.reshape(self.shape)
-
-
-def of_elements(elements: List[Any], result: Any) -> Node:
-    """The node of an array that was made of numbers.
-
-    Args:
-        elements: tracked and plain numbers of Python, in C's order.
-        result: NumPy's array.
-    """
-    node = Node(None, [element for element in elements if type(element) in PYTHON_NUMBERS], result)
-    node.keep(elements)
-    return node
 
 
 def replaced(x: Operand, value_of: Callable[[Operand], Any]) -> Any:
@@ -333,10 +316,8 @@ def _called(order: List[_Step]) -> List[Any]:
 
 def _shaped(made: Any, shape: Tuple[int, ...]) -> Any:
     """A result for other numbers in its former shape; elements missing at the end of a range are not-a-number."""
-    if made.ndim == len(shape) == 1 and made.shape > shape:
-        return made[: shape[0]]
-    if made.ndim == len(shape) == 1 != made.shape[0] and made.shape < shape:
-        return numpy.append(made, [math.nan] * (shape[0] - made.shape[0]))
+    if made.ndim == len(shape) == 1 != made.size and made.shape != shape:
+        return numpy.append(made[: shape[0]], numpy.full(max(0, shape[0] - made.size), math.nan))
     return numpy.broadcast_to(made, shape)
 
 
@@ -373,9 +354,6 @@ class Symbol:
     __bool__ = __float__ = __int__ = __hash__ = __eq__ = __ne__ = _is_unknown
     __lt__ = __le__ = __gt__ = __ge__ = _is_unknown
     real = property(lambda self: self)
-
-    def conjugate(self) -> 'Symbol':
-        return self
 
 
 def _symbolic(function: Callable[..., Any]) -> Callable[..., Any]:

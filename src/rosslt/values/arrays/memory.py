@@ -10,7 +10,7 @@ from ..operations import LAZY
 from ..recording import spend
 from ..tracked import new
 from .graph import OF_ARRAY, SERIAL, Gathering, Node
-from .numbers import CLASSES, of_numpy, rounding_of, same_number, with_tracked
+from .numbers import CLASSES, PYTHON_NUMBERS, of_numpy, rounding_of, same_number, with_tracked
 
 _CODE = numpy.dtype(numpy.int64)
 
@@ -64,9 +64,9 @@ class Memory:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
             return numpy.zeros(view.shape, _CODE)
-        offset = _address(view) - _address(self.root)
+        address, start = (one.__array_interface__['data'][0] for one in (view, self.root))
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
-        return numpy.ndarray(view.shape, _CODE, codes, offset // width * _CODE.itemsize, strides)
+        return numpy.ndarray(view.shape, _CODE, codes, (address - start) // width * _CODE.itemsize, strides)
 
     def node_of(self, view: Any) -> Optional[Node]:
         """Return the node of the elements of a view; None if all of them are plain."""
@@ -78,10 +78,9 @@ class Memory:
         return self.gathered(view.codes, view)
 
     def gathered(self, codes: Any, numbers: Any) -> Optional[Node]:
-        """Return the node of an array of elements with such codes; None if all of them are plain."""
-        if not self.is_tracked and not codes.any():
+        """Return the node of an array of elements with such codes; None if they are plain, or not recorded."""
+        if not (self.is_tracked or codes.any()) or not spend(OF_ARRAY):
             return None
-        spend(OF_ARRAY)
         call = Gathering(codes.copy(), numpy.array(numbers), self.entries)
         return Node(call, list(call.entries.values()), numbers, numbers.size)
 
@@ -120,11 +119,6 @@ def _codes_from(serial: int, shape: Any) -> Any:
     return numpy.arange(serial * SERIAL, serial * SERIAL + math.prod(shape)).reshape(shape)
 
 
-def _address(array: Any) -> int:
-    address: int = array.__array_interface__['data'][0]
-    return address
-
-
 def lazy_number(number: Any, entry: Any, index: int, kind: Any) -> Any:
     """A number with the provenance of an element, which is looked up when it is needed.
 
@@ -135,7 +129,11 @@ def lazy_number(number: Any, entry: Any, index: int, kind: Any) -> Any:
         kind: the class of the numbers of the array.
     """
     is_numpy = type(number) in CLASSES
-    known = entry.known(index, number) if type(entry) is Node else entry
+    known = entry
+    if type(entry) is Node:
+        known = entry.known[index] if entry.known is not None else LAZY
+        if type(known) in PYTHON_NUMBERS and known._plain != number:  # they differ by rounding
+            known = LAZY
     if known is not LAZY:
         return with_tracked(number, known) if is_numpy else same_number(number, known, rounding_of(kind))
     if is_numpy:

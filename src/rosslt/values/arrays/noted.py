@@ -1,6 +1,6 @@
 """The elements of an array at one moment, to know later which of them nobody has written since."""
 
-from typing import Any, Iterator, List, Tuple
+from typing import Any, List, Tuple
 
 import numpy
 
@@ -30,8 +30,3 @@ class Noted:
         is_same &= numpy.ascontiguousarray(plain(array)).view(kind) == self._numbers.copy('C').view(kind)
         found = ((index, array.item(index)) for index in map(tuple, numpy.argwhere(is_same).tolist()))
         return [(index, number) for index, number in found if hasattr(number, '_record')]
-
-
-def indices(array: Any) -> Iterator[Index]:
-    """The index of each element of an array."""
-    return numpy.ndindex(array.shape)

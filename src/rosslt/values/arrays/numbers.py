@@ -28,7 +28,6 @@ OF_NUMPY = 4 * OF_PYTHON
 """How many operations of the compiled core take as long as one of NumPy's numbers that is recorded."""
 
 _FLOAT = PYTHON_CLASSES[float]
-_FLOAT64: Any = numpy.float64
 Number = Any
 """A number of Python or NumPy, with provenance or without."""
 
@@ -103,11 +102,9 @@ def with_tracked(number: Number, tracked: Number) -> Number:
     kind = type(number)
     if kind not in CLASSES:
         return number
-    if type(tracked) is not _FLOAT or kind is not _FLOAT64 or tracked._plain != number or not number:
+    if type(tracked) is not _FLOAT or kind is not numpy.float64 or tracked._plain != number or not number:
         tracked = same_number(number, tracked, rounding_of(kind))
-        if type(tracked) not in PYTHON_NUMBERS:
-            return number
-    return of_numpy(number, tracked)
+    return of_numpy(number, tracked) if type(tracked) in PYTHON_NUMBERS else number
 
 
 def of_numpy(number: Number, tracked: Number) -> Number:

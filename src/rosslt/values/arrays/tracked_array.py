@@ -11,7 +11,8 @@ from typing import Any, Callable, List, Optional
 import numpy
 
 from ..recording import OF_PYTHON, spend
-from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, of_elements, report
+from ..tracked import TRACKED
+from .graph import MAX_COPIED, MAX_SIZE, OF_ARRAY, Call, Node, report
 from .memory import Memory
 from .numbers import CLASSES, PYTHON_NUMBERS, WITH_PROVENANCE, plain_number, python_number
 
@@ -82,12 +83,8 @@ class TrackedArray(numpy.ndarray):
         marks = numpy.full(self.shape, _MARK, object)
         try:
             write(marks, _with_objects)
-            written = [(at, python_number(one)) for at, one in enumerate(marks.ravel().tolist()) if one is not _MARK]
-            mask = numpy.zeros(self.size, bool)
-            mask[[at for at, _ in written]] = True
-            made = of_elements([one for _, one in written], plain(self).ravel()[mask])
-            is_plain = not any(type(one) in PYTHON_NUMBERS for _, one in written)
-            self.write_provenance(mask.reshape(self.shape), None if is_plain else made)
+            mask = numpy.array([one is not _MARK for one in marks.ravel().tolist()], bool).reshape(self.shape)
+            self.write_provenance(mask, node_of_list(marks[mask].tolist(), plain(self)[mask]))
         except Exception as error:  # of whatever type: what was written is not known
             report(write, error)
             self.forget()
@@ -108,10 +105,8 @@ class TrackedArray(numpy.ndarray):
             found: the copy.
             move: does to the codes of this array what made the copy.
         """
-        memory = self._memory
-        if memory is None or not memory.entries:
-            return found.view(numpy.ndarray)
-        return with_node(found.view(numpy.ndarray), memory.gathered(move(self.codes), found.view(numpy.ndarray)))
+        made, memory = found.view(numpy.ndarray), self._memory
+        return with_node(made, memory.gathered(move(self.codes), made)) if memory and memory.entries else made
 
     def __setitem__(self, key: Any, value: Any) -> None:
         if self._memory is None:
@@ -121,11 +116,10 @@ class TrackedArray(numpy.ndarray):
         super().__setitem__(key, plain(value))
         self.write_provenance(plain(key), made)
 
-    def __copy__(self) -> 'TrackedArray':
+    def __copy__(self, _: Any = None) -> 'TrackedArray':
         return self.copy('K')
 
-    def __deepcopy__(self, _: Any) -> 'TrackedArray':
-        return self.copy('K')
+    __deepcopy__ = __copy__
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         if not self.has_provenance:
@@ -137,13 +131,13 @@ class TrackedArray(numpy.ndarray):
 
     def tolist(self) -> Any:
         """Override the method of `numpy.ndarray`: tracked elements become tracked numbers of Python."""
-        return self._listed(super().tolist(), self.codes) if self.has_provenance else super().tolist()
+        return self._listed(super().tolist(), self.codes.tolist()) if self.has_provenance else super().tolist()
 
     def _listed(self, numbers: Any, codes: Any) -> Any:
         if type(numbers) is list:
             return [self._listed(*pair) for pair in zip(numbers, codes)]
         assert self._memory is not None
-        return self._memory.read(numbers, int(codes))
+        return self._memory.read(numbers, codes)
 
     def item(self, *index: Any) -> Any:
         """Override the method of `numpy.ndarray` to keep provenance."""
@@ -248,24 +242,15 @@ def _writing(name: str, original: Any) -> Callable[..., Any]:
     return method
 
 
-def _ordering(name: str, original: Any) -> Callable[..., Any]:
-    """A method that orders the elements as the function of that name does."""
+def _rewriting(name: str, original: Any) -> Callable[..., Any]:
+    """A method that orders the elements as the function of that name does, or changes their bytes if there is none."""
+    function = getattr(numpy, name, None)
 
     def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        made = provenance_of(getattr(numpy, name)(self, *arguments, **options)) if self.has_provenance else None
+        made = provenance_of(function(self, *arguments, **options)) if function and self.has_provenance else None
         result = original(self, *plain(arguments), **plain(options))
         self.write_provenance(..., made)
         return result
-
-    return method
-
-
-def _forgetting(_: str, original: Any) -> Callable[..., Any]:
-    """A method that changes the bytes of the elements."""
-
-    def method(self: TrackedArray, *arguments: Any, **options: Any) -> Any:
-        self.forget()
-        return original(self, *plain(arguments), **plain(options))
 
     return method
 
@@ -274,8 +259,7 @@ for _make, _names in (
     (_moving, 'reshape ravel flatten take repeat compress'),
     (_computing, 'cumsum cumprod dot trace mean round std var ptp'),
     (_writing, 'put itemset'),
-    (_ordering, 'sort partition'),
-    (_forgetting, 'byteswap setfield'),
+    (_rewriting, 'sort partition byteswap setfield'),
 ):
     for _name in _names.split():
         if hasattr(numpy.ndarray, _name):  # not every NumPy has all of them
@@ -293,7 +277,7 @@ def plain(x: Argument) -> Any:
         return kind([plain(part) for part in x])
     if kind is dict:
         return {name: plain(part) for name, part in x.items()}
-    return plain_number(x)
+    return plain_number(x) if kind in TRACKED else x
 
 
 def holds_tracked(x: Argument) -> bool:
@@ -340,8 +324,12 @@ def node_of_list(numbers: Argument, result: Any) -> Optional[Node]:
     """The node of the array that NumPy makes of a list with tracked numbers or arrays."""
     elements: List[Any] = []
     _flatten(numbers, elements)
-    is_known = len(elements) == result.size and result.dtype.kind in 'iuf' and holds_tracked(elements)
-    return of_elements(elements, result) if is_known else None
+    operands = [element for element in elements if type(element) in PYTHON_NUMBERS]
+    if not operands or len(elements) != result.size or result.dtype.kind not in 'iuf':
+        return None
+    node = Node(None, operands, result)
+    node.keep(elements)
+    return node
 
 
 def of_list(numbers: Argument, dtype: Any, shape: Any = None) -> Any:
