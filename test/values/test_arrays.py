@@ -37,6 +37,15 @@ def test_functions_give_what_numpy_gives_and_keep_provenance(name):
     assert np.array_equal(np.asarray(call(tracked_np, *plain), dtype=float), np.asarray(expected, dtype=float))
 
 
+@pytest.mark.parametrize('name', ['asarray', 'asanyarray'])
+def test_an_order_is_taken_as_the_third_argument(name):
+    x = track(2.0, A)
+    for thing in ([[x, 1.0], [0.5, 3.0]], tracked_np.array([[x, 1.0], [0.5, 3.0]])):
+        made = getattr(tracked_np, name)(thing, float, 'F')
+        assert made.flags.f_contiguous
+        assert sources(made) == [A]
+
+
 WITHOUT_ARRAYS = {
     'asarray',
     'full',

@@ -61,18 +61,17 @@ def _making_array(original: Any) -> Any:
     def array(*arguments: Any, **options: Any) -> Any:
         if not arguments and name in options:
             arguments = (options.pop(name),)
-        thing = arguments[0] if arguments else None
+        thing, rest = arguments[0] if arguments else None, arguments[1:]
         if type(thing) is not TrackedArray and not holds_tracked(thing):
             return original(*arguments, **options)
-        options = {**dict(zip(('dtype', 'copy', 'order', 'subok'), arguments[1:])), **options}
         if type(thing) is TrackedArray:
-            made = call(original, (thing,), options)
+            made = call(original, arguments, options)
             return receptive(made) if type(made) is numpy.ndarray else made
-        made = original(plain(thing), **plain(options))
+        made = original(plain(thing), *rest, **plain(options))
         if not isinstance(made, numpy.ndarray):  # made by the class of `like`
             return made
         if made.dtype == object:
-            return original(thing, **options)
+            return original(thing, *rest, **options)
         return with_node(made, node_of_list([thing], made)) if spend(OF_ARRAY) else made
 
     return array
