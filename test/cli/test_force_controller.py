@@ -123,7 +123,7 @@ def test_at_rest_the_goal_is_tried_and_no_huge_gain(way):
     way.begin = len(way.places)
     told = failure('force', '/cmd_vel/linear/x', '1')
     assert 'it stood still before the change, and moves since; taken back' in told, told
-    assert {line[2] for line in lines('log', '/controller')} == {'/controller/~goal_x'}
+    assert {tuple(line[1:3]) for line in lines('log', '/controller')} == {('rosslt force', '/controller/~goal_x')}
     wait_until(way.is_at_goal, 'it is at its goal again')
     assert max(x for x, _ in way.places) < 4.81
     assert {y for _, y in way.places} == {way.places[-1][1]}

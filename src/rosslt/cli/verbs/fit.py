@@ -7,7 +7,6 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rosbag
 import rosgraph
-import rospy
 
 from rosslt import files, node, values
 from rosslt.cli import bags
@@ -133,7 +132,7 @@ def _apply(directory: Directory, fitted: values.Fit) -> None:
     """
     start_node()
     try:
-        node.request_values(fitted.values, TIMEOUT, asker=node.Requester(rospy.get_name(), directory))
+        node.request_values(fitted.values, TIMEOUT, asker=node.Requester('rosslt fit', directory))
     except values.Error as error:
         raise Failure(str(error)) from None
 

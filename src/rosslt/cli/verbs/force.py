@@ -4,8 +4,6 @@ import argparse
 import sys
 from typing import Dict, Optional, Sequence, Tuple
 
-import rospy
-
 from rosslt import node, values
 from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
@@ -118,7 +116,7 @@ def _forced(
     stream.clear()
     try:
         forcing = node.Forcing(
-            node.Requester(rospy.get_name(), directory),
+            node.Requester('rosslt force', directory),
             stream,
             errors,
             field,
