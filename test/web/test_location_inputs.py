@@ -9,6 +9,7 @@ from support import scenery
 from support.browser import PATIENCE
 from support.processes import Node, wait_until
 from support.shell import rosslt
+from support.unmodified import Unmodified
 
 pytestmark = pytest.mark.rostest
 
@@ -116,3 +117,31 @@ def test_undo_takes_nothing_back_where_a_node_hangs_that_may_have_a_part_in_it(t
         other.process.send_signal(signal.SIGCONT)
         browser.click('undo')
         has_become('radius', 1.0)
+
+
+#: The 4.0 gives a formula its shape.
+HALF = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node('half')
+pub = rospy.Publisher('half', Float64, queue_size=1)
+while not rospy.is_shutdown():
+    width = 1.5
+    pub.publish(width / 4.0)
+    rospy.sleep(0.05)
+"""
+WIDTH, SHAPE = 'width', 'publish'
+
+
+def test_what_gives_a_formula_its_shape_is_shown_if_asked_for(browser, tmp_path):
+    with Unmodified(tmp_path, 'half', HALF):
+        browser.wait_for_text('half.py')
+        browser.wait(lambda: WIDTH in browser.labels(), 'the other number has a field')
+        assert SHAPE not in browser.labels()
+        browser.field('Show all numbers').click()
+        browser.wait(lambda: {WIDTH, SHAPE} <= set(browser.labels()), 'it has a field')
+        browser.picture('shapes')
+        browser.field('Show all numbers').click()
+        browser.wait(lambda: SHAPE not in browser.labels(), 'its field is gone')
+        rosslt('set', '/half/publish', '8.0')
+        browser.wait(lambda: '● ' + SHAPE in browser.labels(), 'it is shown as somebody has changed it')

@@ -46,7 +46,7 @@ from rosslt.node.change.observation import Expression, Observation, observe
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations.call_sites import CallSite, call_site
-from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place
+from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
 from rosslt.node.locations.location import HeldLocation, LiteralLocation
 from rosslt.node.locations.mutex import CHANGE_LOCK

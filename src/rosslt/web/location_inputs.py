@@ -70,11 +70,13 @@ class Numbers:
         self._folders: Dict[Tuple[str, ...], Any] = {}
         self._openers: Dict[Tuple[str, ...], viser.GuiButtonHandle] = {}  # of the folders that nobody has opened yet
         self._fields: Dict[Key, Field] = {}
+        self._all = server.gui.add_checkbox('Show all numbers', False, hint='also those that give a formula its shape')
         self._hint = server.gui.add_markdown('Waiting for a node that has locations.')
 
     def update(self) -> None:
         """Show what the owners report now, and ask for what has been typed."""
         with self._lock:
+            self._locations.shows_all = self._all.value
             places = self._locations.places()
             self._hint.visible = not places
             there = {(node, place.location.id): place for node, those in places.items() for place in those}

@@ -42,10 +42,14 @@ class Locations:
 
     Args:
         lock: of the page.
+
+    Attributes:
+        shows_all: whether numbers are shown that give a formula its shape.
     """
 
     def __init__(self, lock: ContextManager[bool]) -> None:
         self._lock = lock
+        self.shows_all = False
         self._places: Dict[str, Dict[int, Place]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._wishes: Dict[Key, Wish] = {}
@@ -58,9 +62,10 @@ class Locations:
             return sorted(self._places)
 
     def places(self) -> Dict[str, List[Place]]:
-        """{node: its Places, in its own order} of all nodes."""
+        """{node: its Places that are shown, in its own order} of all nodes."""
         with self._lock:
-            return {name: list(places.values()) for name, places in sorted(self._places.items())}
+            there = {name: list(places.values()) for name, places in sorted(self._places.items())}
+        return node.listed(there, self.shows_all)
 
     def wish(self, place: Place, value: object, hand: str, refused: Callable[[str], None]) -> None:
         """Have a location changed soon; a later wish replaces one that still waits.
@@ -79,7 +84,7 @@ class Locations:
         """Ask all nodes for their locations; `<node>/rosslt/changes` tells of changes in between."""
         services = [name for name in graph.services if name.endswith(SERVICE)]
         nodes = {name[: -len(SERVICE)] for name in services}.difference([rospy.get_name()])
-        found, silent = node.directory().ask(nodes, TIMEOUT)
+        found, silent = node.directory().ask(nodes, TIMEOUT, makes_known=self.shows_all)
         with self._lock:
             known = {name: self._places[name] for name in self._places if silent.get(name) == node.NO_ANSWER}
             told = {name: {place.location.id: place for place in places} for name, places in found.items() if places}

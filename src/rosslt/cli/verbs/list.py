@@ -10,7 +10,7 @@ from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, limits, shortened, table, write_row
 from rosslt.cli.verb import LOOK, Argument, node_or_location
-from rosslt.node import Directory, Place
+from rosslt.node import Directory, Place, listed
 
 GROUP = LOOK
 SUMMARY = 'nodes and their locations'
@@ -48,8 +48,7 @@ def run(options: argparse.Namespace) -> int:
     if not nodes:
         print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
     places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
-    if not (options.all or asked):
-        places = {node: [place for place in found if not place.is_shape] for node, found in places.items()}
+    places = listed(places, options.all or asked is not None)
     show = _show if is_terminal() else _write
     access = locks_of(places)
     for node in nodes:

@@ -111,6 +111,12 @@ class Place(NamedTuple):
         return is_named or name == f'{self.node}/{text}'
 
 
+def listed(places: Dict[str, List[Place]], shows_all: bool) -> Dict[str, List[Place]]:
+    """The places of each node that people are shown: unless they ask for all, without those that give a formula its
+    shape."""
+    return {node: [place for place in found if shows_all or not place.is_shape] for node, found in places.items()}
+
+
 class Directory:
     """A cache of what owners report about their locations.
 
