@@ -119,6 +119,18 @@ class Mouse(MouseCase):
         self.drag((before, -2.0), (1.5, -2.0), '/stage:limited:0')
         self.assert_comes_to('limited_x', 0.5, 1e-12)
 
+    def test_a_drag_turns_the_view_if_it_begins_on_what_cannot_move(self):
+        start, elsewhere = self.screen.pixel(-1.5, -3.2), self.screen.pixel(4.0, -2.0)
+        wait_until(lambda: self.status_at(start) == self.status_of_nothing, 'RViz to find nothing to grab there')
+        before = self.screen.color(elsewhere)
+        self.addCleanup(self.screen.release)
+        self.screen.press()
+        self.screen.move([(start[0] + 20 * step, start[1]) for step in range(1, 11)])
+        wait_until(lambda: self.screen.color(elsewhere) != before, 'the view to turn')
+        self.screen.screenshot('turned_view')
+        self.screen.move([(start[0] + 20 * step, start[1]) for step in reversed(range(10))])
+        wait_until(lambda: self.screen.color(elsewhere) == before, 'the view to be as it was')
+
     def test_a_marker_that_changes_in_every_message_can_be_dragged_for_seconds(self):
         before = self.parameter('blinking_x')
         del self.inserts[:]

@@ -61,7 +61,7 @@ def handles(message, topic='/topic', is_shown=True, **settings):
 
 
 def draw(handle, can_change=is_free, moves_freely=False):
-    return handle_marker(handle, handle.motions(can_change), moves_freely, LEAST_SIZE)
+    return handle_marker(handle, handle.motions(can_change), moves_freely, LEAST_SIZE, bool(handle.tracked))
 
 
 def drawn(message, name='/topic:thing:0', **options):

@@ -69,7 +69,7 @@ def handle_of(name, present):
 def test_a_joint_that_turns_has_a_ring_around_its_axis(crane):
     tower = handle_of('tower', 0.3)
     assert (tower.frame, tower.pose[:3]) == ('base', (0.0, 0.0, 1.0))
-    drawn = handle_marker(tower, tower.motions(lambda _value: True), False, 0.5)
+    drawn = handle_marker(tower, tower.motions(lambda _value: True), False, 0.5, True)
     (ring,) = [control for control in drawn.controls if control.name.startswith('rotate')]
     axis = rotate_vector(
         normalized(ring.orientation.x, ring.orientation.y, ring.orientation.z, ring.orientation.w), (1.0, 0.0, 0.0)

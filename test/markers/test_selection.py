@@ -58,7 +58,7 @@ class Known:
     version = 0
 
     def can_change(self, value):
-        return all(source.node != '/fixed' for source in values.sources(value))
+        return any(source.node != '/fixed' for source in values.sources(value))
 
     def fixed(self, _sources):
         return ()
@@ -101,10 +101,10 @@ class View:
         self._scene, self._offers = scene, Offers(scene, Hands(scene), Known())
         self.display = Display(self.server, self._offers, Notes(0.2), self.selection, HANDLE_SIZE)
 
-    def take(self, *markers):
+    def take(self, *markers, is_shown=True):
         for marker in markers:
             marker._connection_header = {}
-            self._scene.take('/topic', marker, True)
+            self._scene.take('/topic', marker, is_shown)
         self.display.apply()
 
     def report(self, name, event):
@@ -223,12 +223,58 @@ def test_sizes_are_drawn_if_the_thing_was_clicked_or_has_nothing_else():
 def test_sizes_of_a_thing_that_nothing_else_moves_are_drawn_after_a_click_on_its_body():
     """The points of a line may give way to markers that stand on them."""
     line = marker('line', Marker.LINE_STRIP, size=0.1)
-    line.pose.position.x, line.scale.x = values.track(1.0, values.Source('/fixed', 2)), tracked(0.1)
+    line.pose.position.x, line.scale.x = fixed(1.0), tracked(0.1)
     view = View()
     view.take(line, *cubes(FEW))
     assert {name for name in view.names() if 'line' in name} == {'line:0'}
     view.click('line:0')
     assert {name for name in view.names() if 'line' in name} == {'line:0', 'line:0:scale.x'}
+
+
+def fixed(value):
+    return values.track(float(value), values.Source('/fixed', 2))
+
+
+@pytest.mark.parametrize('count', [1, FEW])
+def test_a_body_that_no_change_moves_leaves_the_mouse_to_the_view(count):
+    box = marker('box')
+    box.pose.position.x, box.scale.x = fixed(1.0), fixed(0.2)
+    box.pose.orientation.z = fixed(0.3)
+    view = View()
+    view.take(box, *cubes(count))
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.NONE
+    assert not view.server.markers['/topic:box:0'].menu_entries
+    box.pose.position.y = tracked(0.0)
+    view.take(box)
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.MOVE_AXIS
+    assert view.server.markers['/topic:box:0'].menu_entries
+
+
+def test_a_body_is_a_button_as_long_as_something_of_its_thing_can_move():
+    box = marker('box')
+    box.pose.position.x, box.scale.x = fixed(1.0), fixed(0.2)
+    view = View()
+    view.take(box, *cubes(FEW))
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.NONE
+    box.scale.y = tracked(0.2)
+    view.take(box)
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
+    box.scale.y = 0.2
+    view.take(box)
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.NONE
+
+
+def test_a_body_without_tracked_numbers_is_clicked_for_the_sizes():
+    """RViz does not draw it, so the body is drawn here."""
+    box = marker('box')
+    box.scale.x = tracked(0.2)
+    view = View()
+    view.take(box, is_shown=False)
+    view.take(*cubes(FEW))
+    assert {name for name in view.names() if 'box' in name} == {'box:0'}
+    assert view.controls('box:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
+    view.click('box:0')
+    assert {name for name in view.names() if 'box' in name} == {'box:0', 'box:0:scale.x'}
 
 
 def strip(name, position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0)):

@@ -12,7 +12,8 @@ from support.shell import rosslt
 
 pytestmark = pytest.mark.rostest
 
-#: Four boxes, of which the first is gray and can be made wider to the left, and a line with a point that moves.
+#: Four boxes, of which the first is gray and can be made wider to the left, and a line with a point that moves; a gray
+#: box that can be made wider and nothing else, and one that no change moves.
 BOXES = """
     from geometry_msgs.msg import Point
     from visualization_msgs.msg import Marker, MarkerArray
@@ -39,7 +40,14 @@ BOXES = """
             box.pose.position.y = -1.0 * number
         line = marker(4, Marker.LINE_STRIP, 0.05)
         line.points = [Point(0.5, -1.0, 0.0), Point(0.5, rosslt.location(-2.0, name='end'), 0.0)]
-        publisher.publish(MarkerArray([*boxes, line]))
+        wide, fixed = marker(5, Marker.CUBE, 0.5), marker(6, Marker.CUBE, 0.5)
+        wide.color = boxes[0].color
+        wide.pose.orientation = boxes[0].pose.orientation
+        wide.pose.position.x, wide.pose.position.y = 2.5, 0.5
+        wide.scale.x = rosslt.location(0.5, name='only_width')
+        fixed.pose.position.x = rosslt.location(1.5, name='fixed', read_only=True)
+        fixed.pose.position.y = -1.0
+        publisher.publish(MarkerArray([*boxes, line, wide, fixed]))
         rate.sleep()
     """
 
@@ -48,6 +56,8 @@ OTHERS = [(-1.5, -1.0 * number, 0.0) for number in (1, 2, 3)]
 #: Where the cube is that makes the first box wider: half of it sticks out.
 CUBE = (BOX[0] - 0.27, 0.0, 0.0)
 END = (0.5, -2.0, 0.0)
+WIDE, ITS_CUBE = (2.5, 0.5, 0.0), (2.5 - 0.27, 0.5, 0.0)
+FIXED = (1.5, -1.0, 0.0)
 VOID = (0.5, 0.5, 0.0)
 PIXELS = 60  # from the middle of a thing to a place on its arrow
 
@@ -106,6 +116,30 @@ def test_a_thing_is_dragged_at_once_and_is_selected_by_that(view):
     view.see(arrow(view, (-2.5, -2.0, 0.0), 0), within=5)
     view.picture('selected_by_drag')
     view.wait_until_gone(arrow(view, OTHERS[0], 0))
+
+
+def test_a_body_without_tracked_numbers_is_clicked_for_the_sizes(view):
+    view.wait_until_gone(ITS_CUBE)
+    click(view, WIDE)
+    view.see(ITS_CUBE)
+    view.picture('sizes_alone')
+
+
+def test_what_no_change_moves_says_why_and_lets_a_drag_turn_the_view(view, page):
+    try:
+        view.see(FIXED)
+        view.press(view.pixel(FIXED))
+        view.move(view.pixel(FIXED), (view.pixel(FIXED)[0] - 200, view.pixel(FIXED)[1]))
+        view.wait_until_gone(FIXED)
+        view.wait_until_gone(OTHERS[1])
+        view.picture('turned_view')
+        view.release()
+        view.open(page.url)
+        view.wait_for_text('boxes.py')
+        view.click_at(FIXED, 'takes no change')
+        view.picture('why_fixed')
+    finally:
+        view.open(page.url)
 
 
 def test_a_checkbox_shows_all_handles(view):

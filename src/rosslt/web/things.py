@@ -201,7 +201,7 @@ class Things(Follower):
             if is_open:
                 asyncio.get_running_loop().run_in_executor(None, self.picked, event.client, thing.handle)
 
-        if handle.tracked:
+        if handle.tracked or thing.motions.is_button:
             part.on_click(clicked)
         if any(thing.motions.axes):
             part.on_drag(grabbed)

@@ -15,19 +15,20 @@ from rosslt.markers.scene.handle import CONTROL_SCALE, Handle, Motions, Ring
 AXIS_NAMES = 'xyz'
 
 
-def handle_marker(handle: Handle, motions: Motions, is_free: bool, size: float) -> InteractiveMarker:
-    """The interactive marker of a handle, without a menu.
+def handle_marker(handle: Handle, motions: Motions, is_free: bool, size: float, has_menu: bool) -> InteractiveMarker:
+    """The interactive marker of a handle, without its menu.
 
     Args:
         handle: what is drawn.
         motions: the ways in which it can be moved.
         is_free: whether a body that can move every way does so in the plane of the screen, rather than in x and y.
         size: of arrows and rings, in metres; they are larger if they would stand inside the thing.
+        has_menu: whether it gets a menu.
     """
     parts = [arrow(axis) for axis in range(3) if motions.arrows[axis]]
     parts.extend(ring(each) for each in motions.rings)
     rotation = handle.pose[3:] if motions.is_in_frame else IDENTITY
-    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, bool(handle.tracked), motions.is_button))
+    parts.append(body(motions.of_body(is_free), handle.shapes(), rotation, has_menu, motions.is_button))
     return interactive_marker(handle.name, handle.frame, handle.pose, max(size, CONTROL_SCALE * handle.size), parts)
 
 
@@ -67,22 +68,22 @@ def ring(one: Ring) -> InteractiveMarkerControl:
 def body(
     axes: Sequence[int],
     shapes: List[Marker],
-    turned: Sequence[float] = IDENTITY,
-    has_menu: bool = True,
-    is_button: bool = False,
+    turned: Sequence[float],
+    has_menu: bool,
+    is_button: bool,
 ) -> InteractiveMarkerControl:
-    """Shapes to grab.
+    """Shapes to grab. RViz keeps the mouse from its view over a body that can be clicked, also if nothing moves it.
 
     Args:
         axes: those that they move along, as in Motions; all three mean the plane of the screen.
         shapes: Markers whose poses are relative to the interactive marker.
         turned: the rotation of the interactive marker against the frame that the axes belong to.
         has_menu: whether a right click opens the menu even if no axis is movable.
-        is_button: whether a left click is not to open the menu then.
+        is_button: whether a left click is to select it, rather than to open the menu, then.
     """
-    mode = InteractiveMarkerControl.NONE
-    if has_menu:
-        mode = InteractiveMarkerControl.BUTTON if is_button else InteractiveMarkerControl.MENU
+    mode = InteractiveMarkerControl.MENU if has_menu else InteractiveMarkerControl.NONE
+    if is_button:
+        mode = InteractiveMarkerControl.BUTTON
     rotation: Rotation = IDENTITY
     if len(axes) == 1:
         mode, rotation = InteractiveMarkerControl.MOVE_AXIS, product(inverse(turned), ONTO_AXIS[axes[0]])

@@ -50,9 +50,10 @@ class Display(Follower):
 
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Insert the interactive marker of a handle."""
-        marker = controls.handle_marker(handle, motions, handle.name in self.free, self._handle_size)
-        self._server.insert(marker, self._feedback)
         menu = self._shown[handle.name].drawing[2]
+        is_free = handle.name in self.free
+        marker = controls.handle_marker(handle, motions, is_free, self._handle_size, menu is not None)
+        self._server.insert(marker, self._feedback)
         if menu is not None:
             self._menus.add(self._server, handle.name, menu)
 

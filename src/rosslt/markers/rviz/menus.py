@@ -48,8 +48,8 @@ class Menus:
         self._offers, self._redraw, self._free, self._selection = offers, redraw, free, selection
 
     def of(self, handle: Handle) -> Optional[Menu]:
-        """The menu of a handle; None if nothing of it is tracked."""
-        if not handle.tracked:
+        """The menu of a handle; None if nothing that it comes from takes changes."""
+        if not self._offers.descriptions.can_change(handle.tracked):
             return None
         choices = self._offers.choices(handle)
         chosen, title = self._offers.chosen(handle.name, choices), self._offers.title

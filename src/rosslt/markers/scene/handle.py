@@ -59,7 +59,7 @@ class Motions(NamedTuple):
         is_in_frame: whether these are axes of the frame, or of the thing itself, as it is turned.
         arrows: which of them have arrows beside the body.
         rings: the ways to turn it, as it is turned now.
-        is_button: whether its body cannot be moved, and a click on it selects its thing.
+        is_button: whether its body cannot be moved, and a click on it selects its thing, which can.
     """
 
     axes: Axes
@@ -73,9 +73,14 @@ class Motions(NamedTuple):
         """True if it can be moved or turned."""
         return any(self.axes) or bool(self.rings)
 
-    def without_controls(self) -> 'Motions':
-        """The same with the body alone to be grabbed."""
-        return self._replace(arrows=(False, False, False), rings=(), is_button=not any(self.axes))
+    def without_controls(self, can_thing_move: bool) -> 'Motions':
+        """The same with the body alone to be grabbed.
+
+        Args:
+            can_thing_move: whether any handle of its thing can be moved.
+        """
+        is_button = can_thing_move and not any(self.axes)
+        return self._replace(arrows=(False, False, False), rings=(), is_button=is_button)
 
     def of_body(self, is_free: bool) -> List[int]:
         """The axes that a grabbed body moves along: 0, 1 and 2 for x, y and z.

@@ -32,18 +32,19 @@ class Selection:
     def put(self, handle: Handle, motions: Motions) -> List[str]:
         """Note how a handle can be moved; gives the names of other handles that may be drawn or not by that."""
         parts = self._things.setdefault(handle.thing, {})
-        before = _outermost(parts)
+        before = _outermost(parts), _can_move(parts)
         parts[handle.name] = _Part(handle.level, motions.are_any)
-        return [name for name in parts if name != handle.name] if _outermost(parts) != before else []
+        is_as_before = (_outermost(parts), _can_move(parts)) == before
+        return [] if is_as_before else [name for name in parts if name != handle.name]
 
     def drop(self, handle: Handle) -> List[str]:
         """Forget a handle; gives names as in `put`."""
         parts = self._things.get(handle.thing, {})
-        before = _outermost(parts)
+        before = _outermost(parts), _can_move(parts)
         parts.pop(handle.name, None)
         if not parts:
             self._things.pop(handle.thing, None)
-        return list(parts) if _outermost(parts) != before else []
+        return [] if (_outermost(parts), _can_move(parts)) == before else list(parts)
 
     def drawn(self, handle: Handle, motions: Motions) -> Optional[Motions]:
         """The motions that a handle is drawn with; None if it is not drawn.
@@ -53,9 +54,10 @@ class Selection:
         """
         if self.is_open(handle):
             return motions
-        if handle.level > _outermost(self._things[handle.thing]):
+        parts = self._things[handle.thing]
+        if handle.level > _outermost(parts):
             return None
-        return motions.without_controls()
+        return motions.without_controls(_can_move(parts))
 
     def is_open(self, handle: Handle) -> bool:
         """Return whether the thing of a handle shows all its handles."""
@@ -76,6 +78,10 @@ class _Part(NamedTuple):
 
     level: int
     can_move: bool
+
+
+def _can_move(parts: Dict[str, _Part]) -> bool:
+    return any(part.can_move for part in parts.values())
 
 
 def _outermost(parts: Dict[str, _Part]) -> int:
