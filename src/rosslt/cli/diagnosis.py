@@ -53,7 +53,7 @@ class Stream:
         sources: those in the messages, in order of appearance.
         is_latched: whether the publisher is a latched one.
         fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
-        is_varied: whether the numbers differ from message to message, as long as none has a source.
+        is_varied: whether numbers and texts differ from message to message, as long as none has a source.
     """
 
     def __init__(self) -> None:
@@ -71,9 +71,9 @@ class Stream:
             leaves = values.leaves(received.message)
             self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
         if not self.sources:
-            numbers = _numbers(received.message, field)
-            self._first = numbers if not self.count else self._first
-            self.is_varied = self.is_varied or numbers != self._first
+            scalars = _scalars(received.message, field)
+            self._first = scalars if not self.count else self._first
+            self.is_varied = self.is_varied or scalars != self._first
         self.count += 1
         self.sampled += received.is_sampled
         self.whole += bool(sources) and not received.is_sampled
@@ -128,12 +128,14 @@ def _is_within(path: str, field: str) -> bool:
     return path.startswith(field) and path[len(field) : len(field) + 1] in '.['
 
 
-def _numbers(message: messages.Message, field: str) -> List[Any]:
-    """The numbers in a part of a message, without times and counts."""
+def _scalars(message: messages.Message, field: str) -> List[Any]:
+    """The numbers and texts in a part of a message, without times and counts."""
     return [
         value
         for path, value in values.leaves(message)
-        if isinstance(value, (float, int)) and not path.endswith(_NO_RESULTS) and (not field or _is_within(path, field))
+        if isinstance(value, (float, int, str))
+        and not path.endswith(_NO_RESULTS)
+        and (not field or _is_within(path, field))
     ]
 
 
@@ -178,14 +180,15 @@ class Losses:
         if index is None:
             return f'{publisher} sends it by a Publisher that `rosslt run` has not replaced: a library has made it'
         is_constant = sent.count > 1 and not sent.is_varied
-        numbers = 'constants, the same numbers in each message' if is_constant else 'numbers that come from no location'
-        at = f', at {answer.sent_at[index]}' if answer.sent_at[index] else ''
-        when = (
-            'while other branches of its code run, as they had before'
+        values_sent = 'the same values in each message' if is_constant else 'values'
+        at = f' at {answer.sent_at[index]}' if answer.sent_at[index] else ''
+        why = (
+            'Earlier messages had some: another branch of its code runs now, or what was received has taken their place'
             if answer.had_sources[index]
-            else 'only while a branch of its code runs that computes them from a location'
+            else 'Constants, text that is made of numbers, and what is received without sources have none; '
+            'another branch of its code may compute them from a location'
         )
-        return f'{publisher} sends {numbers}{at}. They have sources {when}'
+        return f'{publisher} sends {values_sent} without sources{at}. {why}'
 
     def recording_of(self, publisher: str) -> str:
         """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
