@@ -89,6 +89,37 @@ def test_a_literal_and_a_default_are_saved_again_after_the_node_was_killed(maste
                     assert fourth.file.read_text() == text
 
 
+TABLE = """import rospy
+from geometry_msgs.msg import PointStamped
+WAYPOINTS = [
+    (0.25, 0.0),
+    (1.25, 1.0),
+    (2.25, 2.0),
+]
+rospy.init_node('table')
+pub = rospy.Publisher('table', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.x, p.point.y, p.point.z = [x for x, _ in WAYPOINTS]
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+
+def test_numbers_of_a_table_keep_their_changes_after_another_was_saved(master, tmp_path):
+    with Unmodified(tmp_path, 'table', TABLE) as started, Listener('table', PointStamped) as heard:
+        heard.next()
+        change('/table', WAYPOINTS_0_0=0.5, WAYPOINTS_1_0=1.5)
+        assert [line[0] for line in save('/table')] == ['/table/WAYPOINTS_0_0', '/table/WAYPOINTS_1_0']
+        change('/table', WAYPOINTS_1_0=1.75, WAYPOINTS_2_0=2.5)
+        heard.comes(lambda message: (message.point.y, message.point.z) == (1.75, 2.5))
+        started.stop(signal.SIGKILL)
+        with Unmodified(tmp_path, 'table', started.file.read_text()) as again:
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.75, 2.5)
+            again.stop()
+
+
 def test_a_changed_value_stays_with_its_literal_where_lines_were_moved(master, tmp_path):
     with Unmodified(tmp_path, 'moving', MOVING) as started, Listener('moving', PointStamped) as heard:
         heard.next()

@@ -14,7 +14,7 @@ import rosslt
 from rosslt import files
 from rosslt.node import changes_to_save
 from support.processes import wait_until
-from support.saving import change, places, point, save
+from support.saving import change, is_whole, places, point, save
 from support.shell import rosslt as command
 from support.unmodified import Unmodified
 
@@ -81,7 +81,7 @@ def test_what_was_dragged_is_written_where_it_was_read_and_published_again(maste
     heard = hearing('orbit', PointStamped)
     with Unmodified(tmp_path, 'orbit', ORBIT) as started:
         before = started.file.read_bytes()
-        message = heard.next()
+        message = heard.next(is_whole)
         rosslt.force_value(message.point.x, -6.25)
         rosslt.force_value(message.point.z, 21.0)
         wanted = point(heard.next(lambda message: point(message)[0] == -6.25 and point(message)[2] == 21.0))
@@ -111,7 +111,7 @@ def test_a_diff_has_the_bytes_of_a_file_in_another_encoding(master, hearing, tmp
     code = ORBIT.replace('coding: utf-8', 'coding: latin-1').encode('latin-1')
     with Unmodified(tmp_path, 'orbit', code.decode('utf-8', 'surrogateescape')) as started:
         assert started.file.read_bytes() == code
-        rosslt.force_value(heard.next().point.x, -6.25)
+        rosslt.force_value(heard.next(is_whole).point.x, -6.25)
         # In most languages Python writes UTF-8 and nothing else; in the one of the tests it is lenient.
         result = subprocess.run(
             ['rosslt', 'save', '--diff', '/orbit'],
@@ -200,7 +200,7 @@ def test_lists_and_dicts_are_written_into_the_default_and_outlive_a_restart(mast
     code = ORBIT.replace("rospy.get_param('~far', 7.5)", f"{goal}['at'][0]")
     heard = hearing('orbit', PointStamped)
     with Unmodified(tmp_path, 'orbit', code) as started:
-        rosslt.force_value(heard.next().point.z, 21.0)
+        rosslt.force_value(heard.next(is_whole).point.z, 21.0)
         heard.next(lambda message: message.point.z == 21.0)
         assert rospy.get_param('/orbit/goal') == {'at': [12.5, 1e3], 'frame': 'map'}
         started.stop()

@@ -31,6 +31,11 @@ class Hearing:
         self._subscriber.unregister()
 
 
+def is_whole(message):
+    """Whether its numbers have their sources; others are sampled."""
+    return rosslt.UNKNOWN not in rosslt.sources(message)
+
+
 def point(message):
     return [float(value) for value in (message.point.x, message.point.y, message.point.z)]
 

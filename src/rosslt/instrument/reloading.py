@@ -5,6 +5,7 @@ that stands there, and the bounds of the comment beside it. Everything else that
 started is named, and needs a restart.
 """
 
+import ast
 import contextlib
 import os
 import threading
@@ -14,7 +15,8 @@ import rospy
 
 from rosslt import files, node
 from rosslt.instrument.cells import Cells, loaded_files
-from rosslt.instrument.literals import directives
+from rosslt.instrument.literals import SourceText, directives, find_literals
+from rosslt.instrument.states import find_states
 
 _lock = threading.Lock()
 _watched: Set[str] = set()
@@ -108,6 +110,7 @@ class _Reader:
         taken, refused = [], []
         try:
             taken += self._take_bounds(numbers, new, result.literals)
+            self._identify(numbers, new, result.literals)
         except ValueError as error:
             refused.append(f'bounds ({error})')
         for before, after in sorted(result.literals.items()):
@@ -150,6 +153,20 @@ class _Reader:
                     low, high = ('' if limit is None else repr(limit) for limit in limits)
                     taken.append(f'{location.name} {f"in {low}..{high}" if low or high else "without bounds"}')
         return taken
+
+    def _identify(self, numbers: Dict[int, int], new: files.SourceText, followed: Dict[int, int]) -> None:
+        """Have numbers known by what the file says now: those of a table are known by the others in it.
+
+        Raises:
+            ValueError: a bound is not a number.
+        """
+        source, tree = SourceText(self._cells.path, new.content), ast.parse(new.content)
+        found = find_literals(tree, source, find_states(tree))
+        identities = {new.number_at(one.line, one.column): one.identity for _, one in found}
+        for before, after in followed.items():
+            location = self._cells.locations.get(numbers.get(before, -1))
+            if location is not None and after in identities:
+                node.identify(location, identities[after])
 
     def _numbers(self, original: files.SourceText) -> Dict[int, int]:
         """{index of a literal in the file as it was loaded: number of its cell}."""

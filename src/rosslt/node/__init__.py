@@ -12,6 +12,7 @@ from rosslt.node.api import (
     directory,
     explain,
     get_param,
+    identify,
     init_node,
     is_started,
     limits,

@@ -78,7 +78,7 @@ class Location:
         changed: Tuple[Callable[[], None], ...] = (),
         is_named: bool = True,
     ) -> None:
-        self.id = _location_id(identity)
+        self.id = location_id(identity)
         self.is_named = is_named
         self.name = name
         self.site = site
@@ -496,5 +496,5 @@ def namespaces_of(name: str) -> List[str]:
     return ['/'.join(parts[:count]) for count in range(len(parts) - 1, 0, -1)]
 
 
-def _location_id(identity: str) -> int:
+def location_id(identity: str) -> int:
     return int.from_bytes(hashlib.blake2b(identity.encode('utf-8', 'surrogatepass'), digest_size=6).digest(), 'big')
