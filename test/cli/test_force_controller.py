@@ -22,7 +22,7 @@ class Controller:
         self.kp = rospy.get_param('~kp', 1.25)
         self.goal_x = rospy.get_param('~goal_x', 4.0)
         self.command = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-        rospy.Subscriber('pose', Point, self.take)
+        rospy.Subscriber('place', Point, self.take)
 
     def take(self, pose):
         twist = Twist()
@@ -51,7 +51,7 @@ def step(speed):
 
 rospy.init_node('robot')
 place, way, rate = Point(), open(sys.argv[1], 'w', buffering=1), rospy.Rate(50)
-poses = rospy.Publisher('pose', Point, queue_size=10)
+poses = rospy.Publisher('place', Point, queue_size=10)
 commands = []
 rospy.Subscriber('cmd_vel', Twist, commands.append)
 while not rospy.is_shutdown():

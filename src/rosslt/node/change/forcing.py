@@ -274,7 +274,8 @@ class Forcing:
         )
         if most:
             told += '; it is moved most by ' + ', '.join(map(self._name, most))
-        return told
+        late = {source: self.asker.directory.at_next_start(source) for source in effects}
+        return '; '.join([told, *(f'a change of {self._name(source)} {why}' for source, why in late.items() if why)])
 
     def _is_of_thing(self, heard: Heard) -> bool:
         return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
