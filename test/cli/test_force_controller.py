@@ -127,3 +127,35 @@ def test_at_rest_the_goal_is_tried_and_no_huge_gain(way):
     wait_until(way.is_at_goal, 'it is at its goal again')
     assert max(x for x, _ in way.places) < 4.81
     assert {y for _, y in way.places} == {way.places[-1][1]}
+
+
+# It leaves out a waypoint that is too far away, and says which it goes to.
+PATROL = """
+import rospy
+from geometry_msgs.msg import PointStamped
+
+WAYPOINTS = [[1.0, 2.0], [5.0, 6.0]]
+
+rospy.init_node('guard')
+target, rate = rospy.Publisher('guard/target', PointStamped, queue_size=10), rospy.Rate(20)
+while not rospy.is_shutdown():
+    x, y = next(waypoint for waypoint in WAYPOINTS if waypoint[0] < 10.0)
+    message = PointStamped()
+    message.point.x, message.point.y = x, y
+    target.publish(message)
+    rate.sleep()
+"""
+
+
+def test_a_patrol_that_goes_on_keeps_its_next_waypoint(tmp_path, master):
+    program = Unmodified(tmp_path, 'guard', PATROL)
+    try:
+        wait_until(lambda: 'WAYPOINTS_1_1' in rosslt('list', '/guard').stdout, 'its numbers')
+        before = lines('list', '/guard')
+        told = failure('force', '/guard/target/point/x', '20', '--timeout', '1')
+        assert '/guard now sends 5.0 instead of 20.0; it comes from /guard/WAYPOINTS_1_0 now; taken back' in told
+        assert lines('list', '/guard') == before
+        assert rosslt('force', '/guard/target/point/x', '3').stdout
+        assert rosslt('get', '/guard/WAYPOINTS_0_0').stdout == '3.0\n'
+    finally:
+        program.stop()

@@ -8,6 +8,7 @@ import unittest
 import rospy
 import rostest
 from rosslt.msg import AppliedChange
+from std_msgs.msg import Int32
 
 import rosslt
 from support.hand import Hand, wait_until
@@ -20,11 +21,12 @@ A_WHILE = 1.5  # longer than a check looks at a second message, in seconds
 class Dropping(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.hand = Hand()
+        cls.hand, cls.live = Hand(), Hand('/live')
         cls.changes = []
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
-        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off'):
+        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off', 'patrol'):
             cls.hand.marker(handle(name))
+        cls.live.marker(handle('patrol'))
 
     def is_at(self, name, x):
         return lambda: abs(self.hand.position(handle(name))[0] - x) < NOISE * max(1.0, abs(x))
@@ -43,10 +45,39 @@ class Dropping(unittest.TestCase):
         self.hand.choose(handle('steeper'), 'Undo')
         wait_until(lambda: abs(parameter('a') - 6.0) < NOISE, 'the whole drag to be taken back')
 
-    def test_a_limit_that_stands_in_the_way_moves(self):
+    def test_a_limit_that_stands_in_the_way_stays(self):
+        """The hand changes the number that it took hold of, and no other."""
         self.drop('limited', 3.5)
-        wait_until(lambda: abs(parameter('limit') - 3.5) < NOISE, 'the limit to follow')
-        wait_until(self.is_at('limited', 3.5), 'the cube to be where it was dropped')
+        wait_until(lambda: 'b' in self.changed(), 'the source to follow')
+        wait_until(self.is_at('limited', 2.0), 'the cube to be at its limit')
+        time.sleep(A_WHILE)
+        self.assertEqual(parameter('limit'), 2.0)
+
+    def test_a_drag_ends_when_a_patrol_goes_on(self):
+        waypoint = rospy.Publisher('waypoint', Int32, queue_size=1)
+        wait_until(waypoint.get_num_connections, 'the patrol to hear')
+        held = self.live.press(handle('patrol'))
+        self.addCleanup(self.live.release, held)
+        self.live.move(held, dx=0.5)
+        wait_until(lambda: abs(parameter('first') - 1.5) < NOISE, 'the first waypoint to follow')
+        waypoint.publish(1)
+        wait_until(lambda: self.is_told_of_the_second(held), 'the hand to be told')
+        self.live.release(held)
+        wait_until(
+            lambda: abs(self.live.position(handle('patrol'))[0] - 5.0) < NOISE, 'the cube to be at the second waypoint'
+        )
+        self.live.drag(handle('patrol'), dx=0.5)
+        wait_until(lambda: abs(parameter('second') - 5.5) < NOISE, 'the second waypoint to follow a hand of its own')
+        self.assertLess(abs(parameter('first') - 1.5), 0.2)
+        waypoint.publish(0)
+        wait_until(self.is_at('patrol', parameter('first')), 'the cube to be at the first waypoint')
+
+    def is_told_of_the_second(self, held):
+        self.live.move(held, dx=0.001)
+        note = handle('patrol') + ':note'
+        if note not in self.live.names():
+            return False
+        return self.live.marker(note).controls[0].markers[0].text.replace('\n', ' ') == 'it comes from second now'
 
     def test_what_stays_elsewhere_is_taken_back(self):
         """The cube is never between 10 and 15, whatever its source is."""

@@ -269,10 +269,42 @@ def test_a_point_in_whose_place_there_is_another_one_now_does_not_follow_the_han
     assert asked == []
 
 
-def test_a_thing_with_a_name_of_its_own_follows_the_hand_also_where_it_comes_from_another_source_now(asked):
-    """A limit that it has come to, say."""
-    drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.5, B)), 2.0)
-    wait_until(lambda: asked == [{B: 2.0}], 'the source to be asked for')
+@pytest.mark.parametrize('shift', [0.0, values.track(0.0, C)], ids=['alone', 'shared'])
+def test_a_hand_changes_nothing_but_what_it_took_hold_of(asked, shift):
+    """The node has gone on to the next of its targets."""
+    before = box_at(values.track(1.0, A))
+    during = box_at(values.track(1.5, B))
+    before.pose.position.y = during.pose.position.y = shift
+    notes = drag_while('/boxes::0', before, during, 2.0)
+    wait_until(lambda: notes.said, 'the hand to be told')
+    assert (asked, notes.said) == ([], [f'it comes from {B} now'])
+
+
+def test_a_drag_ends_when_its_node_goes_on_to_another_target(asked):
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    shift = values.track(0.0, C)
+    take(scene, box_at(values.track(1.0, A) + shift))
+    drags = Drags(scene, Rules(), str)
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    assert drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+    take(scene, box_at(values.track(7.0, B) + shift))
+    assert drags.move('/boxes::0', 'world', at(3.0))
+    wait_until(lambda: notes.said, 'the hand to be told')
+    assert drags.release('/boxes::0', 'world', at(4.0))
+    wait_until(lambda: not scene.is_held('/boxes::0'), 'it goes where its messages have it')
+    assert asked == [{A: 2.0}]
+    assert set(notes.said) == {f'it comes from {B}, {C} now'}
+
+
+def test_a_drop_whose_node_goes_on_to_another_target_stays(asked, monkeypatch):
+    monkeypatch.setattr(drop_check, 'TIMEOUT', 0.5)
+    notes = drag_while('/boxes::0', box_at(values.track(1.0, A)), box_at(values.track(1.0, A)), 2.0)
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+    take(notes._scene, box_at(values.track(7.0, B)))
+    wait_until(lambda: notes.said, 'the hand to be told')
+    assert (asked, notes.said) == ([{A: 2.0}], [f'changed; it comes from {B} now'])
 
 
 def test_a_thing_whose_numbers_are_gone_does_not_follow_the_hand(asked, monkeypatch):

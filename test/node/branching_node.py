@@ -40,7 +40,7 @@ def case(*targets, message_class=Float64):
     return add
 
 
-@case((3.0, REACHED), (7.0, REACHED), (2.0, REACHED), (20.0, REACHED), (-1.0, REACHED))
+@case((3.0, REACHED), (7.0, CANNOT), (2.0, REACHED), (20.0, CANNOT), (-1.0, REACHED))
 def one_or_the_other(literal, _):
     a = literal('a', 1.0)
     return a if a < 5 else literal('b', 10.0)
@@ -57,7 +57,7 @@ def limited_by_a_number(literal, _):
     return min(literal('a', 1.0), 4.0)
 
 
-@case((0.5, REACHED), (3.0, REACHED), (-3.0, REACHED))
+@case((0.5, REACHED), (3.0, CANNOT), (-3.0, CANNOT))
 def between_two_literals(literal, _):
     return max(literal('low', -1.0), min(literal('high', 1.0), literal('a', 0.0)))
 

@@ -114,7 +114,9 @@ def test_of_several_goals_that_are_sent_in_turn_one_is_changed(patrol):
 def test_goals_of_other_sources_are_named_where_the_changed_one_is_not_sent_again(patrol):
     patrol.function = lambda gain, bias, tick: 1.0 * gain if tick == 1 else time.sleep(0.01) or 1.0 * bias
     with pytest.raises(
-        node.NotReached, match=r'no message of /node that was computed from /owner/gain came within 0.2 s'
+        node.NotReached,
+        match=r'^no message of /node that was computed from /owner/gain came within 0\.2 s; '
+        r'/node now sends 0\.0 instead of 3\.0; it comes from /owner/bias now; taken back$',
     ):
         patrol.force(3.0, timeout=0.2)
     assert patrol.present == patrol.began
@@ -203,9 +205,20 @@ def test_a_field_that_stood_still_and_moves_since_the_change_is_not_reached(simu
 
 
 def test_what_has_not_followed_is_said_to_have_not(simulated):
-    made = simulated(lambda gain, bias, tick: gain if gain < 2 else bias + 1.0)
+    made = simulated(lambda gain, bias, tick: gain if gain < 2 else 0.0 * gain + 1.0)
     with pytest.raises(node.NotReached, match=r'sends 1\.0 instead of 7\.0; it has not followed the change; '):
-        made.force(7.0, sources=[GAIN])
+        made.force(7.0)
+
+
+def test_a_field_that_comes_from_other_numbers_is_not_forced_by_these(simulated):
+    """A patrol that has gone on to its next waypoint."""
+    made = simulated(lambda gain, bias, tick: gain if gain < 2 else bias + 1.0)
+    with pytest.raises(
+        node.NotReached, match=r'sends 1\.0 instead of 7\.0; it comes from /owner/bias now; taken back$'
+    ):
+        made.force(7.0, timeout=0.2)
+    assert [list(request) for request in made.requests] == [[GAIN]]
+    assert made.present == made.began
 
 
 def test_what_an_iteration_comes_to_is_reached_but_for_its_last_digits(simulated):

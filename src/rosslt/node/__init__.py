@@ -43,7 +43,7 @@ from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
 from rosslt.node.change.node_errors import NodeErrors
-from rosslt.node.change.observation import Expression, Observation, observe
+from rosslt.node.change.observation import Expression, Observation, comes_from, observe
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
 from rosslt.node.locations.call_sites import CallSite, call_site

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import node, values
 
@@ -42,6 +42,7 @@ def plan(
     last: Optional[Mapping[values.Source, Any]] = None,
     may_leap: bool = False,
     resolution: float = 0.0,
+    held: Optional[Collection[values.Source]] = None,
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -56,6 +57,7 @@ def plan(
         may_leap: whether an answer that can only be reached by a jump is one, too.
         resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
             round as that allows.
+        held: change no other Sources than these; by default any.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -67,6 +69,8 @@ def plan(
     limits = node.limits(list(present), timeout)
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
+    if held is not None:
+        limits['read_only'] = [*limits['read_only'], *(other for other in present if other not in held)]
     try:
         after = values.continued(tracked, targets, here, **limits)
         return Plan(present, _rounded(after, present, tracked, resolution, limits))

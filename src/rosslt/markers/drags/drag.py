@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
@@ -21,6 +21,7 @@ class Drag:
         hand: whose hand it is, if a view is shown to several people.
 
     Attributes:
+        held: the sources of the thing that the hand has taken hold of. It changes no others.
         pose: where the hand has it now.
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
@@ -37,6 +38,7 @@ class Drag:
 
     def __init__(self, handle: Handle, timeout: float, hand: str = '') -> None:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
+        self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
@@ -79,10 +81,14 @@ class Drag:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""
         if handle.frame.lstrip('/') != self.handle.frame.lstrip('/'):
             return 'it is in the frame {} now instead of {}'.format(handle.frame, self.handle.frame)
-        # An element of a list is named by its index: if elements were added or removed, the name means another. A thing
-        # with a name of its own stays the same, also if its node computes it from other sources.
-        held, present = (set(values.sources(list(one.tracked))) for one in (self.handle, handle))
-        return 'another thing has taken its place' if handle.name.endswith(']') and held != present else None
+        # An element of a list is named by its index: if elements were added or removed, the name means another.
+        is_another = handle.name.endswith(']') and self.held != set(values.sources(list(handle.tracked)))
+        return 'another thing has taken its place' if is_another else None
+
+    def has_left(self, sources: Sequence[values.Source]) -> bool:
+        """Return whether a thing with these sources has none that the drag has changed, or could change if it has not
+        changed any: its node has gone on to the next of its targets, say."""
+        return bool(sources) and not set(sources) & (self.request.after.keys() or self.held)
 
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
         """Return whether a reported pose can be used; `fault` says what is wrong with it."""

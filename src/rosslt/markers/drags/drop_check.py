@@ -42,7 +42,7 @@ class Drop:
     @property
     def is_seen(self) -> bool:
         """True once a message has shown it since the last change."""
-        return bool(self.loop.seen or self.loop.other)
+        return bool(self.loop.seen)
 
     @property
     def is_elsewhere(self) -> bool:

@@ -196,7 +196,8 @@ class Drags:
             self._scene.say(drag.handle, f'{error}; {self._take_back(drag)}')
             self._scene.let_go(name)
         elif not drop.is_seen:
-            self._scene.say(drag.handle, 'changed, but not shown yet')
+            why = self._why_left(drag, self._scene.handle(name) or drag.handle)
+            self._scene.say(drag.handle, f'changed; {why}' if why else 'changed, but not shown yet')
         elif drag.is_exact and drop.is_elsewhere and self._is_in_force(drag):
             parts = ['its node shows it elsewhere than it was dropped, and computes it in another way']
             if drag.refusal:
@@ -303,6 +304,7 @@ class Drags:
         """Ask the owners for what a drag wants; the refusal, or None."""
         handle = self._scene.handle(drag.handle.name) or drag.handle
         misfit = drag.misfit(handle) or self._why_gone(drag, handle)
+        misfit = misfit or self._why_left(drag, handle)
         if misfit:
             drag.fault = drag.fault or misfit
             return None
@@ -313,7 +315,9 @@ class Drags:
         try:
             chosen = self.chosen.get(handle.name)
             began, resolution = drag.request.before, self._rules.resolution
-            plan = changes.plan(tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution)
+            plan = changes.plan(
+                tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution, drag.held
+            )
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
                 drag.solved = handle
@@ -321,7 +325,9 @@ class Drags:
             if plan.is_exact:
                 drag.followed = {source: drag.request.after.get(source, new) for source, new in plan.after.items()}
         except values.Error as error:
-            return error
+            others = [source for source in values.sources(list(tracked)) if source not in drag.held]
+            is_others = isinstance(error, values.NotInvertible) and others
+            return values.NotInvertible(node.comes_from(others, self._name_of)) if is_others else error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
         drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
         self._say_how_far(handle, plan, limit)
@@ -341,6 +347,11 @@ class Drags:
         except node.SourceUnreachable as error:
             return f'its numbers are others by now: {error}'
         return ''
+
+    def _why_left(self, drag: Drag, handle: Handle) -> str:
+        """Say what a thing comes from that has nothing to do with a drag any more, '' if it has."""
+        sources = values.sources(list(handle.tracked))
+        return node.comes_from(sources, self._name_of) if drag.has_left(sources) else ''
 
     def _say_how_far(self, handle: Handle, plan: changes.Plan, limit: str) -> None:
         reasons = [wording.short_numbers(limit)] if limit else []

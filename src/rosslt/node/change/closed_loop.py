@@ -35,9 +35,10 @@ class ClosedLoop:
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
-        other: those without any of the changed sources; they count if `seen` stays empty.
+        other: the latest one without any of the changed sources. It is never solved: the node may have gone on to the
+            next of its targets.
         old: how many still had an old value of a changed source.
-        last: the observation that is the result; None if no message shows the change.
+        last: the observation that is the result, or `other` if no message shows the change; None if there is neither.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class ClosedLoop:
         self.is_over = self.is_reached = self.moves = False
         self.rounds = self.old = 0
         self.seen: List[Observation] = []
-        self.other: List[Observation] = []
+        self.other: Optional[Observation] = None
         self.last: Optional[Observation] = None
 
     def solve(self, observation: Observation) -> None:
@@ -66,7 +67,7 @@ class ClosedLoop:
     def follow(self) -> None:
         """Look at the next messages: the sources have been changed."""
         self.rounds += 1
-        self.last, self.seen, self.other, self.old = None, [], [], 0
+        self.last, self.seen, self.other, self.old = None, [], None, 0
         self.end = self._latest_end = time.monotonic() + self._timeout
         self._nearest = math.inf
 
@@ -78,13 +79,15 @@ class ClosedLoop:
         if shown is Shown.OLD and not observation.is_reached:
             self.old += 1
             return
-        is_new = observation.is_reached or shown is not Shown.NOTHING
-        seen = self.seen if is_new else self.other
+        if shown is Shown.NOTHING:
+            self.other = observation
+            return
+        seen = self.seen
         seen.append(observation)
         if len(seen) == 1 or observation.distance < self._nearest:  # it may come nearer by itself
             self._nearest = observation.distance
             self.end = min(self._latest_end, observation.at + LOOK)
-        if is_new and len(seen) > 1:
+        if len(seen) > 1:
             was_reached, is_reached = (one.is_reached for one in seen[-2:])
             stands = is_alike(*seen[-2:])
             if (was_reached and is_reached) or (not self._leaves_moving and (was_reached or stands)):
@@ -92,8 +95,10 @@ class ClosedLoop:
 
     def pass_time(self) -> None:
         """Judge the messages since a change, at `end` if not earlier, and solve again if the target is missed."""
-        seen = self.seen or self.other
-        if not seen or (self._leaves_moving and len(seen) < 2):  # one message does not tell whether it moves
+        seen = self.seen
+        if not seen:
+            self.last, self.is_over = self.other, True
+        elif self._leaves_moving and len(seen) < 2:  # one message does not tell whether it moves
             self.is_over = True
         elif all(one.is_reached for one in seen[-2:]):
             self.last, self.moves, self.is_over, self.is_reached = seen[-2:][0], False, True, True

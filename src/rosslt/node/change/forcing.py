@@ -18,7 +18,7 @@ from rosslt.node.change.client import (
 )
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
-from rosslt.node.change.observation import Observation, is_alike, observe
+from rosslt.node.change.observation import MOST_NAMED, Observation, comes_from, is_alike, observe
 from rosslt.node.robot_description import check_joint_limits
 from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
@@ -34,9 +34,6 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
-
-#: The most numbers that the refusal of a field that changes by itself names.
-MOST_NAMED = 3
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
@@ -241,6 +238,8 @@ class Forcing:
         self._before = before or first
         self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout)
         loop.solve(self._before)
+        if self.sources is None:
+            self.sources = first.expression.sources  # later rounds change no others
         while not loop.is_over:
             latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
             error = self._why_raised()
@@ -253,9 +252,7 @@ class Forcing:
                 continue
             elif self._is_of_thing(latest):
                 self._messages += 1
-                observation = self._observed(latest.message)
-                if not self._is_other_goal(latest.message, observation):
-                    loop.take(observation)
+                loop.take(self._observed(latest.message))
         if loop.is_reached and self._is_kept():
             return self._outcome(is_reached=True)
         if loop.last is None and not self._notes:
@@ -324,15 +321,6 @@ class Forcing:
             return None
         return observe(part, self.wanted, type_, self._messages)
 
-    def _is_other_goal(self, message: messages.Message, observation: Optional[Observation]) -> bool:
-        """Return whether a message is a goal of an action that has none of the changed sources.
-
-        Each goal is a thing of its own: such a one says nothing of the goal that was changed, and stays as it is.
-        """
-        is_goal = hasattr(message, 'goal_id') and hasattr(message, 'goal')
-        changed = self._request.after.keys()
-        return is_goal and observation is not None and not changed & set(observation.expression.sources)
-
     def _is_kept(self) -> bool:
         """Return whether owners still have the requested values: one may clamp its value after a message or two."""
         try:
@@ -385,17 +373,22 @@ class Forcing:
         parts, last = [], self._loop.last
         late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
         if last is not None:
-            parts.append(
-                f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
-                f'{_differing(self.wanted, last.part)}'
-            )
+            has_left = not self._request.after.keys() & set(last.expression.sources)
+            parts += [self._why_silent()] if has_left else []
+            if not last.is_reached:
+                parts.append(
+                    f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
+                    f'{_differing(self.wanted, last.part)}'
+                )
             others = [
                 self._became(source, readings[-1])
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
                 if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
-            if self._loop.moves:
+            if has_left:
+                parts.append(comes_from(last.expression.sources, self._name))
+            elif self._loop.moves:
                 parts.append('it stood still before the change, and moves since')
             elif is_alike(self._before, last):
                 parts.append('it has not followed the change')

@@ -1,13 +1,16 @@
 """Observations: what a message shows of a field that was to be changed."""
 
 import time
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from rosslt import messages, values
 from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
 
 #: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
 NEAR = 1e-6
+
+#: The most numbers that a text about a field names.
+MOST_NAMED = 3
 
 
 class Expression:
@@ -81,6 +84,13 @@ def observe(
         messages.is_reached(part, wanted, type_) if is_reached is None else is_reached,
         messages.is_reached(part, wanted, type_, NEAR),
     )
+
+
+def comes_from(sources: Sequence[Source], name_of: Callable[[Source], str]) -> str:
+    """Say what a thing comes from that none of the changed sources has a part in."""
+    names = [name_of(source) for source in sources]
+    more = [f'{len(names) - MOST_NAMED} more'] if len(names) > MOST_NAMED else []
+    return f'it comes from {", ".join([*names[:MOST_NAMED], *more]) or "no known number"} now'
 
 
 def is_alike(one: Observation, other: Observation) -> bool:
