@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -274,8 +274,12 @@ class Forcing:
         )
         if most:
             told += '; it is moved most by ' + ', '.join(map(self._name, most))
-        late = {source: self.asker.directory.at_next_start(source) for source in effects}
-        return '; '.join([told, *(f'a change of {self._name(source)} {why}' for source, why in late.items() if why)])
+        return '; '.join([told, *self._late(effects).values()])
+
+    def _late(self, sources: Iterable[Source]) -> Dict[Source, str]:
+        """Say of the sources whose change takes effect at the next start only that it does."""
+        why = {source: self.asker.directory.at_next_start(source) for source in sources}
+        return {source: f'a change of {self._name(source)} {late}' for source, late in why.items() if late}
 
     def _is_of_thing(self, heard: Heard) -> bool:
         return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
@@ -383,7 +387,7 @@ class Forcing:
     def _reason(self) -> str:
         """Say what came instead, and why as far as it is known."""
         parts, last = [], self._loop.last
-        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
+        late = self._late(self._request.after)
         if last is not None:
             parts.append(
                 f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
@@ -393,7 +397,9 @@ class Forcing:
                 self._became(source, readings[-1])
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
-                if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
+                if readings
+                and source not in late
+                and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if self._loop.moves:
                 parts.append('it stood still before the change, and moves since')
@@ -402,8 +408,7 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is not computed as its provenance said before the change')
             parts += others
-        parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
-        return '; '.join(dict.fromkeys([*parts, *self._notes]))
+        return '; '.join(dict.fromkeys([*parts, *late.values(), *self._notes]))
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
