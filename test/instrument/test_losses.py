@@ -4,12 +4,12 @@ import re
 
 import pytest
 import rospy
+from rosslt.srv import FindLosses
 from std_msgs.msg import Float64, Float64MultiArray, String
 
 import rosslt
 from rosslt import values
 from rosslt.instrument.losses import LOSSES
-from rosslt.srv import FindLosses
 from support.processes import wait_until
 from support.programs import run_rewritten
 from support.shell import rosslt as command
