@@ -248,8 +248,10 @@ class Parameters:
                 self._unwritten, self._unread = {}, {}
             try:
                 self._write(list(unwritten))
-                for key in unread:
+                unwritten = {}  # written again, they would undo what was set since
+                for key in list(unread):
                     self._read(key)
+                    del unread[key]
             except NO_MASTER as error:
                 why = f'the master does not answer ({error}); trying again'
                 rospy.logwarn_throttle(30, 'parameters below %s do not follow, %s', self.namespace, why)
