@@ -4,11 +4,13 @@ import re
 
 import pytest
 import rospy
+from rosslt.srv import FindLosses
 from std_msgs.msg import Float64, Float64MultiArray, String
 
 import rosslt
 from rosslt import values
 from rosslt.instrument.losses import LOSSES
+from support.processes import wait_until
 from support.programs import run_rewritten
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -122,7 +124,8 @@ def test_the_doctor_says_that_a_branch_sends_constants(master, tmp_path):
         assert said.endswith('; another branch of its code may compute them from a location')
         rospy.set_param('/is_far', True)
         heard.comes(lambda message: values.is_tracked(message.data))
-        rospy.sleep(1.0)  # it looks at one message in half a second
+        find = rospy.ServiceProxy('/zone/rosslt/find_losses', FindLosses)
+        wait_until(lambda: any(find(0.0).had_sources), 'the node has looked at such a message')
         rospy.delete_param('/is_far')
         heard.comes(lambda message: not values.is_tracked(message.data))
         ((kind, said),) = findings('/speed')

@@ -120,6 +120,83 @@ def test_numbers_of_a_table_keep_their_changes_after_another_was_saved(master, t
             again.stop()
 
 
+EDITED = TABLE.replace("'table'", "'edited'")
+
+
+def test_numbers_of_a_table_keep_their_changes_after_another_was_edited(master, tmp_path):
+    with Unmodified(tmp_path, 'edited', EDITED) as started, Listener('edited', PointStamped) as heard:
+        change('/edited', WAYPOINTS_1_0=1.5, WAYPOINTS_2_0=2.5)
+        heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
+        started.stop(signal.SIGKILL)
+        with Unmodified(tmp_path, 'edited', EDITED) as again:
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.25, 1.5, 2.5)
+            again.file.write_text(EDITED.replace('0.25', '0.75'))
+            heard.comes(lambda message: message.point.x == 0.75)
+            change('/edited', WAYPOINTS_0_0=0.875)
+            again.stop(signal.SIGKILL)
+        with Unmodified(tmp_path, 'edited', again.file.read_text()) as third:
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.875, 1.5, 2.5)
+            third.stop(signal.SIGKILL)
+        # It is edited while the node does not run: what was meant for the former numbers reaches none.
+        with Unmodified(tmp_path, 'edited', third.file.read_text().replace('1.25', '3.25')) as fourth:
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.75, 3.25, 2.25)
+            _, output, _ = fourth.stop()
+            assert 'edited.py:5:6 now says 3.25 where it said 1.25: the parameter' in output
+            assert 'edited.py:6:6 is another number than in an earlier run: the parameter' in output
+
+
+DIVIDED = """import rospy
+from geometry_msgs.msg import PointStamped
+def divided():
+    return [
+        speed / 0.25,
+        speed / 1.25,
+        speed / 2.5,
+    ]
+rospy.init_node('divided')
+pub = rospy.Publisher('divided', PointStamped, queue_size=1)
+speed = 1.0
+while not rospy.is_shutdown():
+    p = PointStamped()
+    if rospy.has_param('/divided/is_far'):
+        p.point.x, p.point.y, p.point.z = divided()
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+
+def test_numbers_not_read_yet_keep_their_changes_after_an_edit(master, tmp_path):
+    """The numbers of a formula's shape are known by name once they are read."""
+
+    def names():
+        return {one.value: one.local_name for one in node.Directory().ask(['/divided'])[0].get('/divided', ())}
+
+    def edit(program, before, after):
+        assert not names().keys() & {0.25, 0.5, 1.25, 2.5}
+        program.file.write_text(program.file.read_text().replace(f'/ {before}', f'/ {after}'))
+        wait_until(lambda: after in names(), 'the edit is taken in')
+
+    with Unmodified(tmp_path, 'divided', DIVIDED) as started, Listener('divided', PointStamped) as heard:
+        edit(started, 0.25, 0.5)
+        rospy.set_param('/divided/is_far', True)
+        heard.comes(lambda message: (message.point.x, message.point.y) == (2.0, 0.8))
+        change('/divided', **{names()[1.25]: 2.0})
+        started.stop(signal.SIGKILL)
+        rospy.delete_param('/divided/is_far')
+        with Unmodified(tmp_path, 'divided', started.file.read_text()) as again:
+            heard.next()
+            edit(again, 0.5, 0.125)
+            change('/divided', **{names()[0.125]: 4.0})
+            again.stop(signal.SIGKILL)
+        rospy.set_param('/divided/is_far', True)
+        with Unmodified(tmp_path, 'divided', again.file.read_text()):
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.25, 0.5, 0.4)
+
+
 def test_a_changed_value_stays_with_its_literal_where_lines_were_moved(master, tmp_path):
     with Unmodified(tmp_path, 'moving', MOVING) as started, Listener('moving', PointStamped) as heard:
         heard.next()
@@ -335,7 +412,7 @@ def test_parameters_of_launch_and_yaml_files_are_saved_again_after_a_respawn(lau
 def nothing_left_behind(master):
     """No parameter of a node outlives its test."""
     yield
-    for name in ('returning', 'moving', 'twins', 'settings', 'counted', 'launched'):
+    for name in ('returning', 'edited', 'divided', 'moving', 'twins', 'settings', 'counted', 'launched'):
         for key in ('', '/rosslt', '/rosslt_records'):
             if rospy.has_param(f'/{name}{key}'):
                 rospy.delete_param(f'/{name}{key}')

@@ -270,6 +270,16 @@ def test_edited_literals_take_effect_at_once_and_other_edits_are_named(master, h
         assert started.process.poll() is None
 
 
+def test_an_edit_while_the_node_starts_takes_effect(master, hearing, tmp_path):
+    heard, gate = hearing('orbit', PointStamped), tmp_path / 'gate'
+    os.mkfifo(gate)
+    starting = Unmodified(tmp_path, 'orbit', "open('gate').close()\n" + ORBIT)
+    with gate.open('w'):  # once the node opens it, its file has been loaded
+        edit(starting.file, ('radius = 2.50', 'radius = 4.0'))
+    with starting:
+        heard.next(lambda message: point(message)[0] == -5.0)
+
+
 def test_bounds_in_an_edited_comment_take_effect_at_once(master, hearing, tmp_path):
     heard, log = hearing('orbit', PointStamped), Log('/orbit')
     with Unmodified(tmp_path, 'orbit', ORBIT) as started:

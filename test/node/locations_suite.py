@@ -10,6 +10,7 @@ import textwrap
 import threading
 import unittest
 import unittest.mock
+import xmlrpc.client
 from collections import OrderedDict, namedtuple
 
 import rosgraph
@@ -19,7 +20,7 @@ from rosslt.msg import LocationList
 from rosslt.srv import ChangeSources, GetHistory, GetValues, ListLocations, LockLocations
 
 import rosslt
-from rosslt.node.api import _BY_CALL
+from rosslt.node.api import _BY_CALL, _owner
 from rosslt.node.parameters.server import ParameterServer
 from support.processes import Node, wait_until
 
@@ -302,6 +303,25 @@ class Parameters(unittest.TestCase):
         rosparam('set', '/locations/rosslt/parameter', '2.5')
         wait_until(lambda: self.read() == 2.5, 'the later rosparam set is seen')
         self.assertEqual(rosslt.location(1.0, name='early'), 8.5)
+
+    def test_a_rosparam_set_is_seen_where_the_master_could_not_send_another(self):
+        location = _owner.locations.by_id[rosslt.sources(self.read())[0].location_id]
+        other, get = rosgraph.Master('/another'), ParameterServer.get
+        fails = [True]
+
+        def fail_once(server, key):
+            if fails and key == '/locations/rosslt/other':
+                other.setParam('/locations/rosslt/parameter', 3.5)
+                fails.clear()
+                raise xmlrpc.client.Fault(1, 'dictionary changed size during iteration')
+            return get(server, key)
+
+        with unittest.mock.patch.object(ParameterServer, 'get', fail_once):
+            with _owner.parameters._wake:  # so that one round writes the one and reads the other
+                _owner.parameters.write(location)
+                _owner.parameters._notice('/locations/rosslt/other')
+            wait_until(lambda: self.read() == 3.5, 'the rosparam set is seen')
+        self.assertFalse(fails)
 
     def test_private_parameters_read_as_without_tracking(self):
         rosparam('set', '/locations/plain', '5')

@@ -13,6 +13,8 @@ import pytest
 import rosslt
 from rosslt import numpy as tracked_numpy
 from rosslt import values
+from rosslt.node.locations import location, report
+from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.memory import remembered, walk
 from rosslt.node.memory.remembered import Following, Memory
 
@@ -237,6 +239,23 @@ def test_the_memory_keeps_nothing_alive(node, holder):
     assert reference() is None
     assert node.memory.following({node.source: 3.0}) == Following([], [])
     node.change(4.0)
+
+
+def test_what_many_locations_came_to_is_looked_at_once(node, monkeypatch):
+    for module in (location, report):
+        monkeypatch.setattr(module, 'MEMORY', node.memory)
+    site = CallSite('waypoints.py', 3, 1, '')
+    made = [location.LiteralLocation(str(number), f'x_{number}', site, 1.0) for number in range(20)]
+    for one in made:
+        one.name_node('/memory')
+    kept = Thing()
+    kept.waypoints = [one.tracked for one in made[1:]]
+    node.memory.begin()
+    looks, held = [], remembered._held
+    monkeypatch.setattr(remembered, '_held', lambda slot: looks.append(slot.key) or held(slot))
+    late = report.why_at_next_start(made)
+    assert {one.name: why.split(',')[0] for one, why in late.items()} == {'x_0': 'takes effect at the next start'}
+    assert len(looks) == 1
 
 
 @pytest.mark.skipif(not values.KEEPS_LOCALS, reason='needs the compiled core')

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from rosslt import Source, evaluate, math, track
-from rosslt.values import nearest, slopes, source_values
+from rosslt.values import effects, nearest, slopes, source_values
 from rosslt.values.tolerances import is_at
 
 A, B, C = Source('/arm', 1), Source('/arm', 2), Source('/arm', 3)
@@ -40,6 +40,12 @@ def test_no_joint_of_an_arm_turns_more_than_half_a_turn():
         changes, _gap = nearest(arm, [chance.choice([1.0, 4.0]) * coordinate for coordinate in reached])
         for source, value in zip((A, B), present):
             assert abs(changes.get(source, value) - value) <= plain_math.pi + 1e-9
+
+
+def test_effects_are_slopes_times_the_sizes_of_sources():
+    number = 0.5 * track(4.0, C) - 3 * track(1.0, B) + 2 * track(9.0, A)
+    found = effects(number, bounds={A: (0.0, 10.0), C: (0.0, 100.0)}, weights={C: 0.25})
+    assert list(found.items()) == [(A, 20.0), (B, 3.0), (C, 2.0)]
 
 
 def test_a_number_that_no_float_holds_stays():

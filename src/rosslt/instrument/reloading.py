@@ -38,6 +38,7 @@ def _begin() -> None:
     node.look_at_files_with(_look)
     for cells in loaded_files():
         watch(cells.path)
+    _look()  # they may have been edited since they were loaded
 
 
 def watch(path: str) -> None:
@@ -164,8 +165,13 @@ class _Reader:
         found = find_literals(tree, source, find_states(tree))
         identities = {new.number_at(one.line, one.column): one.identity for _, one in found}
         for before, after in followed.items():
-            location = self._cells.locations.get(numbers.get(before, -1))
-            if location is not None and after in identities:
+            number = numbers.get(before)
+            if number is None or after not in identities:
+                continue
+            # One that nothing has read yet may have a changed value from an earlier run.
+            is_other = identities[after] != self._cells.literals[number].identity
+            location = self._cells.location(number) if is_other else self._cells.locations.get(number)
+            if location is not None:
                 node.identify(location, identities[after])
 
     def _numbers(self, original: files.SourceText) -> Dict[int, int]:

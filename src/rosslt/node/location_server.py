@@ -31,7 +31,7 @@ from rosslt.node.locations.location import (
     ParameterLocation,
     put_in_force,
 )
-from rosslt.node.locations.report import described
+from rosslt.node.locations.report import described, why_at_next_start
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.remembered import MEMORY
@@ -331,9 +331,9 @@ class Owner:
         with self.lock:
             asked = request.location_ids or list(self.locations.by_id)
             found = [self.locations.by_id[one] for one in asked if one in self.locations.by_id]
-            late = [location.at_next_start() for location in found]
+            late = why_at_next_start(found)
         return srv.ListLocationsResponse(
-            [described(one, one.name in self.access.locks, why) for one, why in zip(found, late)]
+            [described(one, one.name in self.access.locks, late.get(one, '')) for one in found]
         )
 
     def _described(self, location_id: int) -> Optional[msg.Location]:

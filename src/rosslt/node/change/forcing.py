@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -271,8 +271,12 @@ class Forcing:
         )
         if most:
             told += '; it is moved most by ' + ', '.join(map(self._name, most))
-        late = {source: self.asker.directory.at_next_start(source) for source in effects}
-        return '; '.join([told, *(f'a change of {self._name(source)} {why}' for source, why in late.items() if why)])
+        return '; '.join([told, *self._late(effects).values()])
+
+    def _late(self, sources: Iterable[Source]) -> Dict[Source, str]:
+        """Say of the sources whose change takes effect at the next start only that it does."""
+        why = {source: self.asker.directory.at_next_start(source) for source in sources}
+        return {source: f'a change of {self._name(source)} {late}' for source, late in why.items() if late}
 
     def _is_of_thing(self, heard: Heard) -> bool:
         return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
@@ -371,7 +375,7 @@ class Forcing:
     def _reason(self) -> str:
         """Say what came instead, and why as far as it is known."""
         parts, last = [], self._loop.last
-        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
+        late = self._late(self._request.after)
         if last is not None:
             has_left = not self._request.after.keys() & set(last.expression.sources)
             parts += [self._why_silent()] if has_left else []
@@ -384,7 +388,9 @@ class Forcing:
                 self._became(source, readings[-1])
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
-                if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
+                if readings
+                and source not in late
+                and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if has_left:
                 parts.append(comes_from(last.expression.sources, self._name))
@@ -395,8 +401,7 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is not computed as its provenance said before the change')
             parts += others
-        parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
-        return '; '.join(dict.fromkeys([*parts, *self._notes]))
+        return '; '.join(dict.fromkeys([*parts, *late.values(), *self._notes]))
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""

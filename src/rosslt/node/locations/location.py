@@ -169,9 +169,9 @@ class Location:
             greatest if self.maximum is None else min(greatest, self.maximum),
         )
 
-    def at_next_start(self) -> str:
-        """Why a change does nothing before the node starts again, as a sentence without its subject; '' if it does."""
-        return ''
+    def is_read_again(self) -> bool:
+        """Return whether the node sees a change of it by itself, whatever it keeps of earlier values."""
+        return True
 
     def read_in_round(self) -> None:
         """Note that the node reads it in its rounds, or in a callback: it does so again."""
@@ -248,12 +248,8 @@ class HeldLocation(Location):
     def read_in_round(self) -> None:
         self.is_polled = True
 
-    def at_next_start(self) -> str:
-        if self.is_polled or self.changed or not MEMORY.has_begun or MEMORY.keeps(self.source):
-            return ''
-        return (
-            f'takes effect at the next start, or when {self.place} runs again: nothing that the node keeps came of it'
-        )
+    def is_read_again(self) -> bool:
+        return self.is_polled or bool(self.changed) or not MEMORY.has_begun
 
     def name_node(self, node: str) -> None:
         super().name_node(node)

@@ -1,20 +1,33 @@
 """Locations as messages."""
 
 import os
-from typing import Optional, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 from rosslt import msg
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Location, ParameterLocation
 from rosslt.node.memory.plain_copies import PLAIN_COPIES
+from rosslt.node.memory.remembered import MEMORY
+
+
+def why_at_next_start(locations: Sequence[Location]) -> Dict[Location, str]:
+    """Why a change does nothing before the node starts again, as a sentence without its subject, of those locations
+    of which that holds."""
+    read_once = [location for location in locations if not location.is_read_again()]
+    kept = MEMORY.kept([location.source for location in read_once]) if read_once else ()
+    return {
+        one: f'takes effect at the next start, or when {one.place} runs again: nothing that the node keeps came of it'
+        for one in read_once
+        if one.source not in kept
+    }
 
 
 def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:
     """A location as a message; one that is locked counts as read-only, so that other sources are changed instead.
 
     Args:
-        at_next_start: as `Location.at_next_start` says.
+        at_next_start: as `why_at_next_start` says.
     """
 
     def text(value: Optional[Scalar]) -> str:

@@ -86,14 +86,14 @@ class Memory:
         found = {id(slot): slot for source in sources for slot in self._by_source.get(source, ())}
         return [slot for slot in found.values() if slot.owner() is not None]
 
-    def keeps(self, source: Source) -> bool:
-        """Return whether a slot or array still holds a result of a source."""
+    def kept(self, sources: Collection[Source]) -> Set[Source]:
+        """Return those of several sources of which a slot or array still holds a result."""
         with self._lock:
             self._forget_what_has_ended()
-            return any(source in values.sources(_held(slot)) for slot in self._depending({source})) or any(
-                source in values.sources([element for _, element in _unwritten(reference(), noted)])
-                for reference, noted in self._arrays
-            )
+            held = [number for slot in self._depending(sources) for number in _held(slot)]
+            for reference, noted in self._arrays:
+                held += [element for _, element in _unwritten(reference(), noted)]
+            return set(sources).intersection(values.sources(held))
 
     def following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
         """Compute the configuration for other values of its sources.

@@ -72,7 +72,7 @@ class Parameters:
         self.server = ParameterServer(self._notice)
         self._wake = threading.Condition()
         self._literals: Dict[str, LiteralLocation] = {}  # by name
-        self._shown: Dict[LiteralLocation, None] = {}  # those that have been written
+        self._shown: Dict[LiteralLocation, None] = {}  # those that have been written, by an earlier run too
         self._next_ids: Dict[Location, int] = {}  # the ids at the next start of those whose file was edited
         self._unwritten: Dict[Union[Location, str], None] = {}  # an ordered set of locations and settings
         self._unread: Dict[str, None] = {}
@@ -162,6 +162,8 @@ class Parameters:
         location.remembered = True
         key = f'{self.namespace}/{location.name}'
         has_record = bool(read_record(part_of(self._records, location.name)))
+        if has_record:
+            self._shown[location] = None
         rospy.loginfo(
             '%s is %r, %s; the code says %r (%s)',
             location.name,
@@ -246,8 +248,10 @@ class Parameters:
                 self._unwritten, self._unread = {}, {}
             try:
                 self._write(list(unwritten))
-                for key in unread:
+                unwritten = {}  # written again, they would undo what was set since
+                for key in list(unread):
                     self._read(key)
+                    del unread[key]
             except NO_MASTER as error:
                 why = f'the master does not answer ({error}); trying again'
                 rospy.logwarn_throttle(30, 'parameters below %s do not follow, %s', self.namespace, why)
