@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -151,7 +151,7 @@ def force_field(
     the same publisher sends then. If the field is not as wanted, because the node takes another branch for instance,
     the new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer (then a
     relative 1e-6 is enough). A field that changes by itself, such as a controller's command, is refused: it would have
-    the target for a moment only.
+    the target for a moment only. One that changes by less than 1e-6 of its way to the target stands still.
 
     Args:
         topic: as in `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
@@ -168,8 +168,9 @@ def force_field(
         The Outcome: what has changed, what was seen, and after how many messages and milliseconds.
 
     Raises:
-        NotTracked, NotInvertible: there is no answer to begin with, the field changes by itself, or a joint would go
-            beyond its limits in `robot_description`; nothing was requested.
+        NotTracked, NotInvertible: there is no answer to begin with, or none but by what takes effect at the next start
+            only (unless `keep_anyway`), the field changes by itself, or a joint would go beyond its limits in
+            `robot_description`; nothing was requested.
         ChangeRejected, SourceUnreachable: as in `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
@@ -274,8 +275,12 @@ class Forcing:
         )
         if most:
             told += '; it is moved most by ' + ', '.join(map(self._name, most))
-        late = {source: self.asker.directory.at_next_start(source) for source in effects}
-        return '; '.join([told, *(f'a change of {self._name(source)} {why}' for source, why in late.items() if why)])
+        return '; '.join([told, *self._late(effects)])
+
+    def _late(self, sources: Iterable[Source]) -> List[str]:
+        """Say of sources that a change takes effect at the next start only, if it does."""
+        late = {source: self.asker.directory.at_next_start(source) for source in sources}
+        return [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
 
     def _is_of_thing(self, heard: Heard) -> bool:
         return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
@@ -304,6 +309,9 @@ class Forcing:
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
                 return False
+            late = self._late(new)
+            if late and not self.keep_anyway:
+                raise values.NotInvertible('; '.join([*late, 'no message would show it, so it was not asked for']))
             self.stream.clear()
             changed = self._request.step(new)
         except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:
@@ -383,7 +391,6 @@ class Forcing:
     def _reason(self) -> str:
         """Say what came instead, and why as far as it is known."""
         parts, last = [], self._loop.last
-        late = {source: self.asker.directory.at_next_start(source) for source in self._request.after}
         if last is not None:
             parts.append(
                 f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
@@ -393,7 +400,9 @@ class Forcing:
                 self._became(source, readings[-1])
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
-                if readings and not late[source] and not any(messages.is_sent_as(new, reading) for reading in readings)
+                if readings
+                and not self.asker.directory.at_next_start(source)
+                and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if self._loop.moves:
                 parts.append('it stood still before the change, and moves since')
@@ -402,8 +411,7 @@ class Forcing:
             elif self._is_as_asked and not others:
                 parts.append('it is not computed as its provenance said before the change')
             parts += others
-        parts += [f'a change of {self._name(source)} {why}' for source, why in late.items() if why]
-        return '; '.join(dict.fromkeys([*parts, *self._notes]))
+        return '; '.join(dict.fromkeys([*parts, *self._late(self._request.after), *self._notes]))
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
