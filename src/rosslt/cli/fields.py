@@ -71,6 +71,8 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
                 return None
             walked.append(index)
             wanted = {}
+        elif isinstance(part, (list, tuple)) and not isinstance(step, int):
+            raise Failure(_missing(part, step, _path(walked)) + '; or say which with --where FIELD=VALUE')
         walked.append(step)
     for name, text in list(wanted.items()):
         names = field_of(message, name)
@@ -188,5 +190,6 @@ def _missing(part: Message, step: Union[str, int], where: str) -> str:
         meant, type_ = did_you_mean(str(step), part.__slots__), getattr(part, '_type', type(part).__name__)
         return f'{type_} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)
     if isinstance(part, (list, tuple)):
-        return f'{where} has {len(part)} elements: give [INDEX], found {step!r}'
+        found = f'[{step}]' if isinstance(step, int) else step
+        return f'{where} has {len(part)} elements: give one of {where}[INDEX], found {found}'
     return f'{where} is {values.untracked(part)!r}, which has no part {step!r}'
