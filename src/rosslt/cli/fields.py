@@ -1,6 +1,7 @@
 """Fields and values as people write them: `pose/position/x`, `points[3].x`, `1.5`, `{x: 1.0}`."""
 
 import copy
+import math
 from typing import Dict, List, Optional, Union
 
 import yaml
@@ -150,6 +151,14 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     if value - value != 0:
         raise ValueError(f'{text!r} is not finite')
     return value
+
+
+def parses_as_float(text: str) -> bool:
+    """Return True if a text is a finite number."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def source_values(part: Message) -> Dict[values.Source, Scalar]:
