@@ -95,14 +95,15 @@ def test_values_are_tested_in_a_clone_where_nothing_was_built(tmp_path):
 def test_exec_hands_on_directory_input_output_and_status(tmp_path):
     link = tmp_path / 'link to run'
     link.symlink_to(RUN)
-    environment = dict(os.environ, PYTHONPATH='/nowhere', ROS_PACKAGE_PATH='/nowhere')
-    words = 'pwd; cat; which python3; echo $PYTHONPATH; echo $ROS_PACKAGE_PATH; exit 7'
+    environment = dict(os.environ, PYTHONPATH='/nowhere', ROS_PACKAGE_PATH='/nowhere', ROS_LOG_DIR='/somewhere')
+    words = 'pwd; cat; which python3; echo $ROS_LOG_DIR; echo $PYTHONPATH; echo $ROS_PACKAGE_PATH; exit 7'
     command = [str(link), 'exec', 'bash', '-c', words]
     result = subprocess.run(
         command, cwd=tmp_path, env=environment, input='in\n', stdout=subprocess.PIPE, encoding='utf-8', check=False
     )
-    folder, said, python, *paths = result.stdout.splitlines()
-    assert (folder, said, python, result.returncode) == (str(tmp_path), 'in', '/usr/bin/python3', 7)
+    folder, said, python, log, *paths = result.stdout.splitlines()
+    assert (folder, said, python, log) == (str(tmp_path), 'in', '/usr/bin/python3', '/somewhere')
+    assert result.returncode == 7
     assert all(path.endswith(':/nowhere') for path in paths), "another workspace is found behind the clone's own"
 
 

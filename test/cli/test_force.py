@@ -113,6 +113,12 @@ class TestWhere:
         assert "has no field 'nss'" in failure('force', field, '1', '--where', 'nss=base')
         assert '--where takes FIELD=VALUE' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'base')
 
+    def test_an_element_that_is_not_named_is_asked_for(self, several):
+        asked = 'markers has 4 elements: give one of markers[INDEX], found pose'
+        field = '/in_one/markers/pose/position/x'
+        assert failure('explain', field) == 'rosslt explain: ' + asked
+        assert failure('force', field, '1') == f'rosslt force: {asked}; or say which with --where FIELD=VALUE'
+
 
 @pytest.fixture
 def limited(master, several):
@@ -219,8 +225,11 @@ class TestWhatIsSeenAfterwards:
     @pytest.mark.parametrize('value', ['x: 4', '{x: 4}', '{x: 4.0}'])
     def test_where_it_is_so_already_nothing_is_changed_however_it_is_written(self, step, value):
         rosslt('force', '/stepped/x', '4')
-        assert lines('force', '/stepped', value) == []
-        assert on_terminal('force', '/stepped', value) == 'nothing to change: it is so already\n'
+        said = 'nothing to change: it is so already\n'
+        for options in ((), ('--dry-run',)):
+            assert on_terminal('force', '/stepped', value, *options) == said
+            result = rosslt('force', '/stepped', value, *options)
+            assert (result.returncode, result.stdout, result.stderr) == (0, '', 'rosslt force: ' + said)
 
     def test_a_field_of_32_bits_is_seen_as_it_rounds(self, master):
         with Node('narrow', NARROW):

@@ -125,6 +125,18 @@ class TestReset:
         rosslt('set', '/first/y', '4')
         assert sorted(line[0] for line in lines('reset', 'first')) == ['/first/x', '/first/y']
 
+    def test_what_is_no_literal_stays_and_is_named(self, nodes):
+        stays = (
+            '/talker/pin, /talker/~parking/0, /talker/~parking/1, /talker//height: what is no literal has no value in '
+        )
+        told = rosslt('reset', '/talker')
+        assert (told.returncode, told.stdout) == (0, '')
+        said, kept = told.stderr.splitlines()
+        assert said == 'rosslt reset: nothing to change: it is as the code says'
+        assert sorted(kept[len('rosslt reset: ') :].partition(': ')[0].split(', ')) == sorted(
+            stays.partition(': ')[0].split(', ')
+        )
+
     def test_is_a_change_that_can_be_undone(self, owners):
         rosslt('set', '/first/x', '3')
         rosslt('reset', '/first')

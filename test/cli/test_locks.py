@@ -58,14 +58,14 @@ def _listing():
 
 class TestLock:
     def test_a_locked_location_refuses_with_who_and_why_until_it_is_unlocked(self, owner):
-        assert rosslt('lock', '/safe/x', '--reason', 'the robot is running').returncode == 0
+        assert lines('lock', '/safe/x', '--reason', 'the robot is running') == [['/safe/x', 'locked']]
         assert failure('set', '/safe/x', '4') == (
             f'rosslt set: /safe refuses: /safe/x is locked by {ME}: the robot is running'
         )
         assert rosslt('set', '/safe/y', '5').returncode == 0
         assert who('/safe/x') == f'locked by {ME}: the robot is running'
         assert who('/safe/y') == ''
-        assert rosslt('unlock', '/safe/x').returncode == 0
+        assert lines('unlock', '/safe/x') == [['/safe/x', 'unlocked']]
         assert rosslt('set', '/safe/x', '4').returncode == 0
         assert who('/safe/x') == ''
 

@@ -176,6 +176,44 @@ def test_what_a_file_says_for_several_nodes_is_written_where_they_agree(master, 
     assert heights.read_text() == before[1].replace('2.5', '4.25')
 
 
+WHOLE = (
+    LAUNCHED[: LAUNCHED.index('x = ')]
+    + """
+ki, kd, n = rospy.get_param('~ki'), rospy.get_param('~kd'), rospy.get_param('~n', 3)
+while not rospy.is_shutdown():
+    pub.publish(point=Point(ki * 0.5 + kd * 0.5, kd * 0.5 + n * 0.5, 0.0))
+    rospy.sleep(0.03)
+""".replace('\nki', '\nfrom geometry_msgs.msg import Point\nki')
+)
+
+
+def test_where_a_whole_number_takes_no_fraction_its_line_is_named(master, hearing, tmp_path):
+    environment = package_of_node(tmp_path, 'whole_package', 'whole.py', WHOLE)
+    launch, gains = tmp_path / 'whole.launch', tmp_path / 'gains.yaml'
+    gains.write_text('# gains\n\nki: 0\n')
+    launch.write_text(
+        '<launch>\n<node pkg="whole_package" type="whole.py" name="whole">\n'
+        f'<rosparam file="{gains}"/>\n<param name="kd" value="2"/>\n</node>\n</launch>\n'
+    )
+    heard = hearing('launched', PointStamped)
+    start = ['rosslt', 'launch', '--no-markers', str(launch)]
+    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        heard.next()
+        read = next(place.file for place in places('/whole') if place.local_name == '~n')
+        for name, given in (
+            ('ki', f'0 in {gains}:3; if the node takes fractions, write 0.0 there'),
+            ('kd', f'2 in {launch}:4; if the node takes fractions, write 2.0 there'),
+            ('n', f'3 where {read} reads it from; if the node takes fractions, write 3.0 there'),
+        ):
+            told = command('set', f'/whole/~{name}', '0.05').stderr
+            assert told == f"rosslt set: /whole/~{name}: '0.05' is not an int; it is given as {given}\n"
+        assert 'it is given' not in command('set', '/whole/~ki', 'far').stderr
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+
+
 def test_a_long_text_that_a_file_says_is_not_kept_beside_the_origins(tmp_path):
     description = tmp_path / 'robot.urdf'
     description.write_text('<robot/>')

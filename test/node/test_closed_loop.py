@@ -30,7 +30,7 @@ class Simulated:
         self.function, self.tick, self.requests = function, 0, []
         self.message, self.path = Float64, 'data'
         self.name, self.directory = '/hand', self
-        self.errors = NoErrors()
+        self.errors, self.late = NoErrors(), {}
         monkeypatch.setattr(change_request, 'request_values', self.request_values)
         monkeypatch.setattr(change_request, 'undo_request', self.undo_request)
         monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
@@ -73,7 +73,7 @@ class Simulated:
             {
                 'limits': self.limits,
                 'name': staticmethod(self.name_of),
-                'at_next_start': staticmethod(lambda source: ''),
+                'at_next_start': staticmethod(lambda source: self.late.get(source, '')),
             },
         )()
         return node.Forcing(asker, self, self.errors, self.path, wanted, **options).run(self.next_before(0.0))
@@ -89,6 +89,27 @@ def test_another_branch_is_solved_in_turn(simulated):
     outcome = made.force(18.0)
     assert (outcome.seen, outcome.rounds) == (18.0, 2)
     assert made.present[GAIN] == 6.0
+
+
+def test_what_settles_stands_still_and_what_moves_is_refused(simulated):
+    """What a command that is almost 0 moves by is measured by its way to the target, not by its size."""
+    settles = simulated(lambda gain, bias, tick: bias + 5e-11 * tick)
+    assert settles.force(0.5).is_reached
+    assert settles.present[BIAS] == pytest.approx(0.5)
+    moves = simulated(lambda gain, bias, tick: bias + 1e-5 * tick)
+    with pytest.raises(values.NotInvertible, match='it changes by itself'):
+        moves.force(0.5)
+
+
+def test_what_takes_effect_at_the_next_start_is_not_waited_for(simulated):
+    made = simulated(lambda gain, bias, tick: gain + 0.0)
+    made.late[GAIN] = 'takes effect at the next start'
+    with pytest.raises(
+        values.NotInvertible, match='a change of /owner/gain takes effect at the next start; no message'
+    ):
+        made.force(3.0, timeout=0.2)
+    assert made.requests == []
+    assert made.force(3.0, keep_anyway=True).is_reached
 
 
 def goal(z):

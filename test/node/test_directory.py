@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from rosslt import msg, srv, values
-from rosslt.node.locations.directory import Directory
+from rosslt.node.locations.directory import Directory, Place, listed
 from support.processes import wait_until
 
 directories = importlib.import_module('rosslt.node.locations.directory')
@@ -44,6 +44,14 @@ def test_who_needs_the_answer_waits_for_it(owner):
     owner.set()
     directory.learn([GAIN])
     assert directory.describe(GAIN) == 'gain, owner.py:3:5'
+
+
+def test_people_see_places_in_the_order_of_the_code():
+    named = [('b.py', 1, '~at'), ('a.py', 9, 'x'), ('a.py', 2, '~way/10/y'), ('a.py', 2, '~way/2/y'), ('a.py', 2, 'w')]
+    made = [Place('/owner', msg.Location(file=file, line=line, name=name)) for file, line, name in named]
+    shown = [place.local_name for place in listed({'/owner': made}, True)['/owner']]
+    assert shown == ['w', '~way/2/y', '~way/10/y', 'x', '~at']
+    assert listed({'/owner': made[::-1]}, True) == listed({'/owner': made}, True)
 
 
 def test_the_version_grows_with_what_becomes_known_but_not_with_values():

@@ -14,6 +14,7 @@ import rosgraph
 from rosslt import messages, srv, values
 from rosslt.cli.locks import locks_of, note_of
 from rosslt.cli.master import TIMEOUT, SystemState, problem_of
+from rosslt.cli.output import few
 from rosslt.cli.slave_api import About, about
 from rosslt.node import Directory, Heard, ask_all
 
@@ -25,9 +26,6 @@ _UPDATE_TYPE = 'visualization_msgs/InteractiveMarkerUpdate'
 
 #: At which service a node that `rosslt run` runs says where it makes plain numbers of tracked ones.
 _FIND_LOSSES = '/rosslt/find_losses'
-
-#: The most fields, or positions in files, that are listed for one node.
-_MOST_PLACES = 5
 
 #: The ends of the paths of numbers that a message always has, and that nobody drags.
 _NO_RESULTS = '.secs', '.nsecs', '.seq'
@@ -165,7 +163,7 @@ class Losses:
         if answer is None or not answer.files:
             return ''
         lines = zip(answer.files, answer.lines, answer.texts)
-        return _few([f'{os.path.basename(file)}:{line}: {text}' for file, line, text in lines], '; ')
+        return few([f'{os.path.basename(file)}:{line}: {text}' for file, line, text in lines], '; ')
 
     def why_plain(self, publisher: str, topic: str, sent: Stream) -> str:
         """Say why messages of a node that `rosslt run` runs have no provenance; '' if the node does not say how it
@@ -199,12 +197,6 @@ class Losses:
         share = 100 * answer.recording / answer.cpu
         at = f', most of it at {"; ".join(answer.costly)}' if answer.costly else ''
         return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
-
-
-def _few(names: List[str], between: str = ', ') -> str:
-    """The first few of several names."""
-    more = len(names) - _MOST_PLACES
-    return between.join(names[:_MOST_PLACES]) + (f' and {more} more' if more > 0 else '')
 
 
 class Examination:
@@ -293,10 +285,10 @@ class Examination:
         """The fields that cannot be forced, although others can."""
         plain = [path for path, sources in fields.items() if not sources]
         if plain:
-            yield Finding(NOTE, f'{_few(plain)} cannot be forced: it has no source, as {publisher} sends it')
+            yield Finding(NOTE, f'{few(plain)} cannot be forced: it has no source, as {publisher} sends it')
         fixed = [path for path, sources in fields.items() if sources and not any(map(self._can_change, sources))]
         if fixed:
-            yield Finding(NOTE, f'{_few(fixed)} cannot be forced: none of its locations can be changed')
+            yield Finding(NOTE, f'{few(fixed)} cannot be forced: none of its locations can be changed')
 
     def _can_change(self, source: values.Source) -> bool:
         place = self._directory.of(source)

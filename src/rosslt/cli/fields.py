@@ -1,6 +1,7 @@
 """Fields and values as people write them: `pose/position/x`, `points[3].x`, `1.5`, `{x: 1.0}`."""
 
 import copy
+import math
 from typing import Dict, List, Optional, Union
 
 import yaml
@@ -71,6 +72,8 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
                 return None
             walked.append(index)
             wanted = {}
+        elif isinstance(part, (list, tuple)) and not isinstance(step, int):
+            raise Failure(_missing(part, step, _path(walked)) + '; or say which with --where FIELD=VALUE')
         walked.append(step)
     for name, text in list(wanted.items()):
         names = field_of(message, name)
@@ -150,6 +153,14 @@ def parse_scalar(text: str, kind: str) -> Scalar:
     return value
 
 
+def parses_as_float(text: str) -> bool:
+    """Return True if a text is a finite number."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
 def source_values(part: Message) -> Dict[values.Source, Scalar]:
     """The sources of a part of a message, in order of appearance, each with the value that the message has of it."""
     return values.source_values([leaf for _, leaf in values.leaves(part)])
@@ -188,5 +199,6 @@ def _missing(part: Message, step: Union[str, int], where: str) -> str:
         meant, type_ = did_you_mean(str(step), part.__slots__), getattr(part, '_type', type(part).__name__)
         return f'{type_} has no field {step!r}{meant}, its fields are ' + ', '.join(part.__slots__)
     if isinstance(part, (list, tuple)):
-        return f'{where} has {len(part)} elements: give [INDEX], found {step!r}'
+        found = f'[{step}]' if isinstance(step, int) else step
+        return f'{where} has {len(part)} elements: give one of {where}[INDEX], found {found}'
     return f'{where} is {values.untracked(part)!r}, which has no part {step!r}'

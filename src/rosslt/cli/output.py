@@ -7,10 +7,19 @@ from rosslt import files, values
 from rosslt.cli.failure import Failure
 from rosslt.node import Directory, Place
 
+#: The most names that one sentence gives.
+MOST_NAMES = 5
+
 
 def is_terminal() -> bool:
     """Return True if standard output is a terminal."""
     return sys.stdout.isatty()
+
+
+def few(names: Sequence[str], between: str = ', ') -> str:
+    """The first few of several names."""
+    more = len(names) - MOST_NAMES
+    return between.join(names[:MOST_NAMES]) + (f' and {more} more' if more > 0 else '')
 
 
 def shortened(text: str, longest: int) -> str:
@@ -37,6 +46,14 @@ def table(rows: Sequence[Sequence[str]], indent: str = '', left: Optional[int] =
         (indent + '  '.join([side(cell, width) for side, cell, width in zip(sides, row, widths)])).rstrip()
         for row in rows
     ]
+
+
+def write_note(verb: str, text: str) -> None:
+    """Print a sentence: on a terminal beside the rest, in a pipe on standard error, as its lines have columns."""
+    if is_terminal():
+        print(text)
+    else:
+        print(f'rosslt {verb}: {text}', file=sys.stderr)
 
 
 def write_row(*cells: object) -> None:

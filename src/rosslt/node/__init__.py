@@ -51,7 +51,7 @@ from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
 from rosslt.node.locations.location import HeldLocation, LiteralLocation
 from rosslt.node.locations.mutex import CHANGE_LOCK
-from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved
+from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.own_code import include_file, is_own_file

@@ -18,7 +18,7 @@ import viser
 
 from rosslt import files
 from rosslt.markers import contained
-from rosslt.node import Place
+from rosslt.node import Place, why_whole
 from rosslt.web.drawing import MANY
 from rosslt.web.locations import PAUSE, Key, Locations
 
@@ -172,8 +172,11 @@ class Numbers:
     def _take_typed(self, field: Field, client: viser.ClientHandle, text: str) -> None:
         field.typed, field.touched = None, time.monotonic()
         value = text if field.kind[0] == 'str' else _number(text)
+        why = why_whole(field.place) if isinstance(value, float) and not value.is_integer() else ''
         if value is None:
             self._refuse(field, client, f'{text!r} is not a number')
+        elif why:
+            self._refuse(field, client, f'{text!r} is not an int: {why}')
         else:
             self._wish(field, client, value)
 

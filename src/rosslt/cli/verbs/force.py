@@ -9,7 +9,7 @@ from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
-from rosslt.cli.output import is_terminal, write_change
+from rosslt.cli.output import is_terminal, write_change, write_note
 from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory, Heard
@@ -55,6 +55,8 @@ ARGUMENTS = [
     Argument('--timeout', type=float, default=5.0, metavar='S', help='seconds to wait for a message (default: 5)'),
 ]
 
+_SO_ALREADY = 'nothing to change: it is so already'
+
 
 def run(options: argparse.Namespace) -> None:
     if options.rounds < 1:
@@ -91,7 +93,10 @@ def run(options: argparse.Namespace) -> None:
         wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
             node.check_joint_limits(heard_one.topic, heard_one.message, field, wanted)
-            _show(directory, _planned(directory, part, wanted, source), is_planned=True)
+            planned = _planned(directory, part, wanted, source)
+            _show(directory, planned, is_planned=True)
+            if all(old == new for old, new in planned.values()):
+                write_note('force', _SO_ALREADY)
             return
         outcome = _forced(directory, stream, errors, heard_one, field, wanted, source, options)
     _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
@@ -150,10 +155,9 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
     """Print how messages have shown the changes."""
     if outcome.is_near:
         print(f'rosslt force: {publisher} sends {outcome.seen}, and comes no nearer', file=sys.stderr)
-    if not is_terminal():
-        return
     if not outcome.rounds:
-        print('nothing to change: it is so already')
+        write_note('force', _SO_ALREADY)
+    if not (outcome.rounds and is_terminal()):
         return
     print(
         'seen after {} message{}, {:.0f} ms{}'.format(

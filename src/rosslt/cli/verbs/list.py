@@ -1,11 +1,11 @@
 """`rosslt list`: nodes and their locations."""
 
 import argparse
-import sys
 from typing import List
 
 from rosslt import srv
 from rosslt.cli.directory import find_node_or_location, report_silent
+from rosslt.cli.failure import Failure
 from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
 from rosslt.cli.output import is_terminal, limits, shortened, table, write_row
@@ -46,7 +46,10 @@ def run(options: argparse.Namespace) -> int:
         node, asked = find_node_or_location(master, directory, options.location)
         nodes = [node]
     if not nodes:
-        print('rosslt list: no node has locations: none is tracked', file=sys.stderr)
+        raise Failure(
+            'no node has locations: none is tracked. Start one with `rosslt run` or `rosslt launch`, or have its '
+            'code call rosslt.init_node'
+        )
     places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
     places = listed(places, options.all or asked is not None)
     show = _show if is_terminal() else _write

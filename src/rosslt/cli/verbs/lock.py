@@ -3,7 +3,7 @@
 import argparse
 
 from rosslt.cli.locks import lock_or_unlock
-from rosslt.cli.output import is_terminal
+from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.verb import CHANGE, Argument, node_or_location
 
 GROUP = CHANGE
@@ -16,6 +16,8 @@ EXAMPLE = """\
 examples:
   rosslt lock /talker --reason "the robot is running"
   rosslt lock /talker/radius
+
+In a pipe it is a line of columns between tabs: NODE or NODE/LOCATION, and locked.
 """
 ARGUMENTS = [
     node_or_location('all of its locations'),
@@ -27,3 +29,5 @@ def run(options: argparse.Namespace) -> None:
     _, locked = lock_or_unlock(options, 'lock', options.reason)
     if is_terminal():
         print(f'{locked} is locked')
+    else:
+        write_row(locked, 'locked')

@@ -6,7 +6,7 @@ import sys
 from rosslt import node
 from rosslt.cli.directory import change, find
 from rosslt.cli.failure import Failure
-from rosslt.cli.fields import parse_scalar
+from rosslt.cli.fields import parse_scalar, parses_as_float
 from rosslt.cli.master import find_master
 from rosslt.cli.output import write_change
 from rosslt.cli.verb import CHANGE, LOCATION, Argument
@@ -32,7 +32,8 @@ def run(options: argparse.Namespace) -> None:
     try:
         value = parse_scalar(options.value, place.location.type)
     except ValueError as error:
-        raise Failure(f'{place.name}: {error}') from None
+        why = node.why_whole(place) if parses_as_float(options.value) else ''
+        raise Failure('; '.join(filter(None, [f'{place.name}: {error}', why]))) from None
     ((old, new),) = change(master, directory, 'rosslt set', {place.source: value}).values()
     write_change(directory, place.source, node.to_json(old), node.to_json(new))
     if place.location.at_next_start:

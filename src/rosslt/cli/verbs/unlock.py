@@ -4,7 +4,7 @@ import argparse
 
 from rosslt.cli.failure import Failure
 from rosslt.cli.locks import lock_or_unlock, locks_of, note_of
-from rosslt.cli.output import is_terminal
+from rosslt.cli.output import is_terminal, write_row
 from rosslt.cli.verb import CHANGE, node_or_location
 
 GROUP = CHANGE
@@ -15,6 +15,8 @@ EXAMPLE = """\
 examples:
   rosslt unlock /talker
   rosslt unlock /talker/radius
+
+In a pipe it is a line of columns between tabs: NODE or NODE/LOCATION, and unlocked.
 """
 ARGUMENTS = [node_or_location('it and all of its locations')]
 
@@ -26,3 +28,5 @@ def run(options: argparse.Namespace) -> None:
         raise Failure(f'{unlocked} is unlocked, but the whole node is {still}; rosslt unlock {name}')
     if is_terminal():
         print(f'{unlocked} is unlocked')
+    else:
+        write_row(unlocked, 'unlocked')

@@ -148,7 +148,7 @@ def force_field(
     the same publisher sends then. If the field is not as wanted, because the node takes another branch for instance,
     the new message's expression is solved, until the field is as wanted (to a relative 1e-9) or comes no nearer (then a
     relative 1e-6 is enough). A field that changes by itself, such as a controller's command, is refused: it would have
-    the target for a moment only.
+    the target for a moment only. One that changes by less than 1e-6 of its way to the target stands still.
 
     Args:
         topic: as in `rospy.Subscriber`. Of several publishers, the first one whose message has a source is taken.
@@ -165,8 +165,9 @@ def force_field(
         The Outcome: what has changed, what was seen, and after how many messages and milliseconds.
 
     Raises:
-        NotTracked, NotInvertible: there is no answer to begin with, the field changes by itself, or a joint would go
-            beyond its limits in `robot_description`; nothing was requested.
+        NotTracked, NotInvertible: there is no answer to begin with, or none but by what takes effect at the next start
+            only (unless `keep_anyway`), the field changes by itself, or a joint would go beyond its limits in
+            `robot_description`; nothing was requested.
         ChangeRejected, SourceUnreachable: as in `force_value`.
         NotReached: the sources have changed, but no message shows the target; the error says what came instead, and
             why as far as it is known, and has the Outcome.
@@ -305,6 +306,11 @@ class Forcing:
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
                 return False
+            late = self._late(new)
+            if late and not self.keep_anyway:
+                raise values.NotInvertible(
+                    '; '.join([*late.values(), 'no message would show it, so it was not asked for'])
+                )
             self.stream.clear()
             changed = self._request.step(new)
         except (values.NotInvertible, values.NotTracked, ChangeRejected, SourceUnreachable) as error:

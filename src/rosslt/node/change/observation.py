@@ -1,5 +1,6 @@
 """Observations: what a message shows of a field that was to be changed."""
 
+import math
 import time
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
 
@@ -94,5 +95,8 @@ def comes_from(sources: Sequence[Source], name_of: Callable[[Source], str]) -> s
 
 
 def is_alike(one: Observation, other: Observation) -> bool:
-    """Return whether a field is the same in two observations."""
-    return messages.is_reached(other.part, values.untracked(one.part))
+    """Return whether a field stands still in two observations: it is the same, or has moved by less than NEAR of its
+    way to the target, as the command of a robot that settles at its goal."""
+    before = values.untracked(one.part)
+    moved = messages.distance(other.part, before)
+    return messages.is_reached(other.part, before) or moved <= NEAR * min(one.distance, other.distance) < math.inf

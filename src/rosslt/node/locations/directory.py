@@ -9,6 +9,7 @@ answer from what is known, so that they can be called from anywhere, also while 
 
 import contextlib
 import os
+import re
 import threading
 import time
 from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
@@ -112,9 +113,19 @@ class Place(NamedTuple):
 
 
 def listed(places: Dict[str, List[Place]], shows_all: bool) -> Dict[str, List[Place]]:
-    """The places of each node that people are shown: unless they ask for all, without those that give a formula its
-    shape."""
-    return {node: [place for place in found if shows_all or not place.is_shape] for node, found in places.items()}
+    """The places of each node that people are shown, in the order of the code, which is the same after a restart:
+    unless they ask for all, without those that give a formula its shape."""
+    return {
+        node: sorted((place for place in found if shows_all or not place.is_shape), key=_order)
+        for node, found in places.items()
+    }
+
+
+def _order(place: Place) -> Tuple[Any, ...]:
+    """Orders places by where they stand, those of one call by name, `x/2` before `x/10`."""
+    location = place.location
+    words = [int(word) if word.isdigit() else word for word in re.split(r'([0-9]+)', location.name)]
+    return location.file, location.line, location.column, words
 
 
 class Directory:

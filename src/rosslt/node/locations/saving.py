@@ -12,7 +12,7 @@ import rospy
 from rosslt import files, srv
 from rosslt.messages import Message
 from rosslt.node.change.client import SourceUnreachable
-from rosslt.node.json_scalars import from_json
+from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.parameters.server import element_of
 from rosslt.node.service_calls import ask_all
@@ -95,10 +95,8 @@ def _in_parameter_files(
     ]
     if not parameters:
         return [], []
-    origins: Any = {}
     master = rosgraph.Master(rospy.get_name())
-    with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
-        origins = json.loads(master.getParam(files.ORIGINS))
+    origins = _origins(master)
     before = copy.deepcopy(origins)
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
@@ -130,6 +128,39 @@ def _in_parameter_files(
     if origins != before:
         master.setParam(files.ORIGINS, json.dumps(origins))
     return edits, [one for one in unsaved if one.name not in changed_back]
+
+
+def _origins(master: rosgraph.Master) -> Any:
+    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
+    with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
+        return json.loads(master.getParam(files.ORIGINS))
+    return {}
+
+
+def why_whole(place: Place) -> str:
+    """Why a location takes whole numbers only, and what to do, if it is a parameter that was given as one; '' for
+    others: `it is given as 0 in pid.yaml:3; if the node takes fractions, write 0.0 there`."""
+    location = place.location
+    if location.type != 'int' or not location.name.startswith('/'):
+        return ''
+    origin = _origins(rosgraph.Master(rospy.get_name())).get(location.name)
+    if origin and type(origin['said']) is int:
+        said, where = origin['said'], f'in {_given_at(place, origin)}'
+    else:
+        said, where = place.value, f'where {place.file} reads it from'
+    return f'it is given as {said} {where}; if the node takes fractions, write {said}.0 there'
+
+
+def _given_at(place: Place, origin: Dict[str, Any]) -> str:
+    """FILE:LINE of the text that gives a parameter; FILE if that has been edited since."""
+    other = copy.copy(place.location)
+    other.value = to_json(place.value + 1)
+    try:
+        edits, _ = _edits_of(origin['file'], [(Place(place.node, other), {**origin, 'said': [origin['said']]})])
+        lines = [files.read_bytes(edit.file)[: edit.start].count(b'\n') + 1 for edit in edits]
+    except files.FileError:
+        lines = []
+    return ':'.join(map(str, [origin['file'], *lines]))
 
 
 def _offer(origins: Any, places: List[Place]) -> None:
