@@ -3,6 +3,7 @@
 import copy
 import importlib
 import math
+import sys
 
 import numpy
 import pytest
@@ -11,6 +12,7 @@ from std_msgs.msg import Float32MultiArray
 import rosslt
 from rosslt import values
 from rosslt.instrument import functions, routing
+from rosslt.values import recording
 from support.numpy_calls import CALLS, PARTLY_PLAIN, PLAIN
 
 np = routing.route(numpy)
@@ -312,6 +314,26 @@ def test_a_turn_about_one_axis_leaves_what_it_cannot_move_plain(turning, axes):
 def test_plain_numbers_take_the_original():
     assert math.isclose(tf.quaternion_from_euler(0.1, 0.0, 0.0)[0], math.sin(0.05))
     assert type(tf.quaternion_from_euler(0.1, 0.0, 0.0)) is numpy.ndarray
+
+
+def test_the_original_is_taken_while_nothing_is_recorded(monkeypatch):
+    monkeypatch.setattr(functions, 'MATH', {})
+    angles, pair = tracked([0.1, 0.2, 0.3]), np.array(tracked([0.0, 0.0, 0.0, 1.0]))
+    before = values.allow(0)
+    try:
+        made = tf.quaternion_from_euler(*angles), tf.quaternion_multiply(pair, quaternion0=pair)
+    finally:
+        values.allow(before)
+    assert list(map(type, made)) == [numpy.ndarray] * 2
+    assert flat(made[0]) == flat(plain_tf.quaternion_from_euler(0.1, 0.2, 0.3))
+
+
+def test_the_time_of_a_transformation_is_taken_from_the_allowance(monkeypatch):
+    used = iter((1.0, 1.25))
+    monkeypatch.setattr(recording.time, 'thread_time', lambda: next(used))
+    before = values.allow(sys.maxsize)
+    tf.quaternion_from_euler(*tracked([0.1, 0.2, 0.3]))
+    assert sys.maxsize - values.allow(before) > 0.25 / values.OPERATION
 
 
 def test_what_is_multiplied_by_a_plain_0_has_no_provenance():

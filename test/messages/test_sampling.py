@@ -1,6 +1,7 @@
 """Which messages of a publisher are whole, and what a reader knows of the plain ones between them."""
 
 import itertools
+import sys
 
 import pytest
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, PoseStamped, TransformStamped
@@ -12,7 +13,7 @@ from rosslt import NotInvertible, Source, evaluate, is_tracked, math, solve, sou
 from rosslt.messages import SAMPLED, LastProvenance, SampledProvenance, attach, encode, make_unknown, sampling
 from rosslt.messages.leaves import tracked_fields
 from rosslt.messages.sampling import MOST_THINGS, thing_reader
-from rosslt.values import UNKNOWN, untracked
+from rosslt.values import OPERATION, UNKNOWN, allow, untracked
 
 RATE = 20.0
 A, B = Source('/node', 1), Source('/node', 2)
@@ -165,6 +166,14 @@ def test_a_publisher_of_many_things_writes_each_less_often(monkeypatch):
             if sent.is_whole(made, step / 20):
                 whole[number].append(step / 20)
     assert {len(times) for times in whole.values()} <= {5, 6}
+
+
+def test_the_time_of_writing_provenance_is_taken_from_the_allowance(monkeypatch):
+    used = itertools.count()
+    monkeypatch.setattr(sampling.time, 'thread_time', lambda: next(used) * 0.005)
+    before = allow(sys.maxsize)
+    Sent().is_whole(Point(X, 0.0, 0.0))
+    assert sys.maxsize - allow(before) == round(0.005 / OPERATION)
 
 
 def test_a_costly_message_that_is_sent_again_is_not_encoded_again():

@@ -1,7 +1,7 @@
 """The functions of `tf.transformations`, keeping provenance.
 
 They are tf's own: a second copy of the module, which computes with the `numpy` and the `math` that keep provenance. It
-is used if an argument has provenance; everything else is left to the original.
+is used if an argument has provenance and operations are recorded; everything else is left to the original.
 """
 
 import functools
@@ -41,7 +41,9 @@ def _either(original: Any, tracked: Any) -> Any:
     def function(*arguments: Any, **options: Any) -> Any:
         if not arrays.holds_tracked((*arguments, *options.values()) if options else arguments):
             return original(*arguments, **options)
-        return tracked(*arguments, **options)
+        if not values.spend(0):
+            return original(*arrays.plain(arguments), **arrays.plain(options))
+        return values.timed(tracked, *arguments, **options)
 
     return function
 

@@ -16,7 +16,7 @@ from rosslt.messages.codec import SAMPLED, Encoding, encoding_to_send
 from rosslt.messages.fields import HEADER, INSTANTS, Layout, Message, MessageClass, Scalar, kind_of
 from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_leaves, tracked_fields
 from rosslt.messages.walkers import END, walkers
-from rosslt.values import lazy_of, untracked
+from rosslt.values import OPERATION, lazy_of, spend, untracked
 
 COSTLY = 0.0002
 """The CPU time in seconds that writing the provenance of all things of a publisher once may take; from there on it is
@@ -168,7 +168,9 @@ class SampledProvenance:
             if len(self._due) >= MOST_THINGS:
                 self._due.clear()
             self._due.setdefault(untracked(thing), due)
-            cost = (time.thread_time() - start) * len(self._due)
+            took = time.thread_time() - start
+            spend(round(took / OPERATION))
+            cost = took * len(self._due)
             self._is_costly = cost > COSTLY
             if encoding is not self._last:
                 self._last = encoding if self._is_costly else None

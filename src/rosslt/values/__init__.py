@@ -20,7 +20,7 @@ from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .recording import OPERATION, allow, limit_recording, reapply, spend, widened
+from .recording import OPERATION, allow, limit_recording, reapply, spend, timed, widened
 from .slots import KEEPS_LOCALS, exchange
 from .solve import continued, effects, nearest, slopes, solve, source_values
 from .sources import UNKNOWN, Source, UnnamedSource, describe_sources_with
@@ -92,6 +92,7 @@ __all__ = [
     'sources_of_angles',
     'spend',
     'stripper',
+    'timed',
     'to_bool',
     'to_float',
     'to_int',
