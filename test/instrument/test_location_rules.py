@@ -282,6 +282,18 @@ def test_named_constants_rank_before_values_and_those_before_formulas():
     assert speed.rank < value.rank < term.rank < divisor.rank
 
 
+def test_elements_of_tables_rank_like_named_constants():
+    for text in (
+        'PLACES = [(7.0, 1.5)]',
+        "PLACES = {'a': [7.0]}",
+        "self.places = [{'x': 7.0}]",
+        'for x in (1.5, 7.0): f(x)',
+    ):
+        assert verdict_of(text).rank == 0, text
+    for text in ('place = f(7.0)', 'places = [f(7.0)]', 'f([7.0])'):
+        assert verdict_of(text).rank == 1, text
+
+
 def test_the_page_lists_every_rule():
     page = (Path(__file__).parents[2] / 'docs' / 'unmodified_nodes.md').read_text(encoding='utf-8')
     rows = re.findall(r'^\| (.+?) \| (number|whole|form|plain) \| (.+) \|$', page, flags=re.MULTILINE)

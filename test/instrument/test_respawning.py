@@ -1,5 +1,6 @@
 """A node that is started again goes on with its changed values, and saves them where they belong, as often as it is."""
 
+import json
 import os
 import signal
 import subprocess
@@ -174,6 +175,10 @@ def test_numbers_not_read_yet_keep_their_changes_after_an_edit(master, tmp_path)
     def names():
         return {one.value: one.local_name for one in node.Directory().ask(['/divided'])[0].get('/divided', ())}
 
+    def kept():
+        records = rospy.get_param('/divided/rosslt_records', {})
+        return [json.loads(record)[-1] for name, record in records.items() if name != '_last_request']
+
     def edit(program, before, after):
         assert not names().keys() & {0.25, 0.5, 1.25, 2.5}
         program.file.write_text(program.file.read_text().replace(f'/ {before}', f'/ {after}'))
@@ -184,12 +189,14 @@ def test_numbers_not_read_yet_keep_their_changes_after_an_edit(master, tmp_path)
         rospy.set_param('/divided/is_far', True)
         heard.comes(lambda message: (message.point.x, message.point.y) == (2.0, 0.8))
         change('/divided', **{names()[1.25]: 2.0})
+        wait_until(lambda: 2.0 in kept(), 'the master to keep it')
         started.stop(signal.SIGKILL)
         rospy.delete_param('/divided/is_far')
         with Unmodified(tmp_path, 'divided', started.file.read_text()) as again:
             heard.next()
             edit(again, 0.5, 0.125)
             change('/divided', **{names()[0.125]: 4.0})
+            wait_until(lambda: 4.0 in kept(), 'the master to keep it')
             again.stop(signal.SIGKILL)
         rospy.set_param('/divided/is_far', True)
         with Unmodified(tmp_path, 'divided', again.file.read_text()):

@@ -277,7 +277,22 @@ def test_a_hand_changes_nothing_but_what_it_took_hold_of(asked, shift):
     before.pose.position.y = during.pose.position.y = shift
     notes = drag_while('/boxes::0', before, during, 2.0)
     wait_until(lambda: notes.said, 'the hand to be told')
-    assert (asked, notes.said) == ([], [f'it comes from {B} now'])
+    assert asked == []
+    assert notes.said[0].startswith(f'it comes from {B}')
+
+
+def test_a_hand_changes_no_number_that_the_next_target_shares(asked):
+    """As the distance that all targets of a patrol keep from their shelves."""
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    distance = values.track(0.4, C)
+    take(scene, box_at(values.track(1.0, A) - distance))
+    drags = Drags(scene, Rules(is_live=False), str)
+    assert drags.hold('/boxes::0', frame='world', pose=at(0.6))
+    take(scene, box_at(values.track(7.0, B) - distance))
+    assert drags.release('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: notes.said, 'the hand to be told')
+    assert (asked, notes.said) == ([], [f'it comes from {B}, {C} now'])
 
 
 def test_a_drag_ends_when_its_node_goes_on_to_another_target(asked):

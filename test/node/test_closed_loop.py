@@ -43,6 +43,8 @@ class Simulated:
         return NAMES[source]
 
     def request_values(self, wanted, timeout, request_id, asker):
+        if asker is None:  # a hand that another test has left
+            return {}
         self.requests.append(wanted)
         changed = {source: node.Change(self.present[source], new) for source, new in wanted.items()}
         self.present.update(wanted)

@@ -1,5 +1,7 @@
 """What solving promises beyond the laws."""
 
+import math as standard_math
+
 import pytest
 
 from rosslt import NotInvertible, NotTracked, Source, evaluate, math, solve, track, untracked
@@ -57,6 +59,17 @@ def test_a_read_only_source_is_passed_over(x, y):
     assert 'read-only' in refusal(x + y, 3.0, A, read_only=[A])
     assert '/node#1 is read-only' in refusal(x, 3.0, read_only=[A])
     assert solve([x + y, y], [3.0, 2.0], read_only=[B]) == {A: 1.0}
+
+
+def test_what_rounding_has_left_is_no_influence():
+    """The sine of half a turn is 1.2e-16 in floats."""
+    noise = standard_math.sin(standard_math.pi)
+    shift, place = track(0.4, A), track(3.0, B)
+    assert solve(place - shift * noise, 1.0) == {B: 1.0}
+    assert solve(noise * shift + place, 1.0, rank={B: 1}) == {B: 1.0}
+    with pytest.raises(NotInvertible):
+        solve(noise * shift + place, 1.0, bounds={B: (2.0, 4.0)})
+    assert solve(1e-5 * shift + place, 1.0, rank={B: 1}) == {A: pytest.approx(-2e5)}
 
 
 def test_a_source_of_a_higher_rank_is_changed_only_where_no_other_can(x, y):

@@ -54,7 +54,7 @@ class Rule(NamedTuple):
 RULES = {
     rule.name: rule
     for rule in (
-        Rule('named', NUMBER, 'the value of a name: what a person would change first', 'speed = 7.0'),
+        Rule('named', NUMBER, 'the value of a name, or of a table: what a person would change first', 'speed = 7.0'),
         Rule('parameter', NUMBER, 'the value of a parameter that is left out in a call', 'def f(x=7.0): pass'),
         Rule('value', NUMBER, 'a value of its own', 'send(7.0)'),
         Rule('term', NUMBER, 'a term or a factor of a formula', 'x = 7.0 * y'),
@@ -196,6 +196,7 @@ class _Judge:
         found, in_formula, name = None, False, None
         formula: Optional[ast.AST] = None
         in_container = False  # what a list is extended by is not a number that is carried on
+        is_element = True  # of nested containers, and of nothing else
         child: ast.AST = node
         while id(child) in self._parents:
             parent, field = self._parents[id(child)]
@@ -205,7 +206,8 @@ class _Judge:
             rule = self._outright(parent, field, child, node, is_whole)
             if rule and not (rule == 'step' and in_container):
                 return None, rule
-            in_container = in_container or isinstance(parent, (ast.List, ast.Tuple, ast.Dict, ast.Set))
+            is_container = isinstance(parent, (ast.List, ast.Tuple, ast.Dict, ast.Set))
+            in_container = in_container or is_container
             if isinstance(parent, ast.BinOp):
                 formula = parent
                 if found is None:
@@ -221,10 +223,11 @@ class _Judge:
                 if found or in_formula:
                     is_added_turn = found == 'turn' and isinstance(parent, ast.AugAssign)
                     return None, found if found and (is_added_turn or not _is_constant(formula)) else 'term'
-                return name, self._of_value(parent, child is node, name, is_whole)
+                rule = self._of_value(parent, child is node, name, is_whole)
+                return name, 'named' if rule == 'value' and is_element and _assigned(parent) else rule
             elif isinstance(parent, ast.keyword) and is_whole and parent.arg in COUNT_ATTRIBUTES and not in_formula:
                 return parent.arg, 'counting name'
-            child = parent
+            child, is_element = parent, is_element and is_container
         return None, found or 'value'
 
     def _parameter(self, parent: ast.AST, field: str, value: ast.AST, is_whole: bool) -> Optional[str]:

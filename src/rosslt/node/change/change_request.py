@@ -20,7 +20,7 @@ from rosslt.values import Source
 class Shown(enum.Enum):
     """What a message shows of a change."""
 
-    NOTHING = 'it has none of the changed sources'
+    NOTHING = 'it lacks one of the changed sources'
     OLD = 'it comes from a value that a source had before'
     NEW = 'it comes from the new values'
     OTHER = 'it comes from a value that somebody else gave a source'
@@ -91,11 +91,10 @@ class ChangeRequest:
         Args:
             readings: {source: its values that the message was computed from}; a counter or an integral has several.
         """
-        seen = [self._of_source(source, readings[source]) for source in self.after if readings.get(source)]
-        for found in (Shown.OLD, Shown.OTHER, Shown.NEW):
-            if found in seen:
-                return found
-        return Shown.NOTHING
+        if not self.after or not all(map(readings.get, self.after)):
+            return Shown.NOTHING
+        seen = [self._of_source(source, readings[source]) for source in self.after]
+        return next(found for found in (Shown.OLD, Shown.OTHER, Shown.NEW) if found in seen)
 
     def _of_source(self, source: Source, readings: Sequence[messages.Scalar]) -> Shown:
         if any(messages.is_sent_as(self.after[source], reading) for reading in readings):

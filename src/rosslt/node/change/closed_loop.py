@@ -35,8 +35,8 @@ class ClosedLoop:
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
-        other: the latest one without any of the changed sources. It is never solved: the node may have gone on to the
-            next of its targets.
+        other: the latest one that lacks a changed source. It is never solved: the node may have gone on to the next
+            of its targets.
         old: how many still had an old value of a changed source.
         last: the observation that is the result, or `other` if no message shows the change; None if there is neither.
     """

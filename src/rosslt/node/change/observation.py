@@ -88,7 +88,7 @@ def observe(
 
 
 def comes_from(sources: Sequence[Source], name_of: Callable[[Source], str]) -> str:
-    """Say what a thing comes from that none of the changed sources has a part in."""
+    """Say what a thing comes from that lacks a changed source."""
     names = [name_of(source) for source in sources]
     more = [f'{len(names) - MOST_NAMED} more'] if len(names) > MOST_NAMED else []
     return f'it comes from {", ".join([*names[:MOST_NAMED], *more]) or "no known number"} now'

@@ -5,6 +5,7 @@ numbers, bools and texts. *GetPut*: solving for the present value changes nothin
 is returned.
 """
 
+import contextlib
 import itertools
 import math
 from typing import (
@@ -154,6 +155,8 @@ def solve_one(
         for source in freedom.ranked(candidates)
         if source not in changes and (freedom.only is None or source in freedom.only)
     ]
+    if len(free) > 1 and base:
+        free = _without_noise(graph, root, base, free, freedom)
     alone = budget.share(0.8 if len(free) > 1 else 1.0)
     try:
         for source in free if base else ():
@@ -188,6 +191,23 @@ def solve_one(
         'cannot make %s become %s: %s'
         % (brief(value), written(target), '; '.join(reasons[:4]) or 'every source is already used by another target')
     )
+
+
+def _without_noise(graph: Graph, root: int, base: List[Value], sources: List[Source], freedom: Freedom) -> List[Source]:
+    """The sources without those of which rounding alone has left an influence beside the others.
+
+    sin(pi) is 1.2e-16 in floats: a number that it is multiplied by would have to become huge.
+    """
+    partials = graph.partials(graph.steps(), base)
+    slopes = graph.gradient(root, partials, graph.below(root, partials))
+    effects: Dict[Source, float] = {}
+    for source in sources:
+        present = _present(graph, source)
+        if type(present) in (float, int) and freedom.allows(source):
+            with contextlib.suppress(OverflowError):
+                effects[source] = abs(slopes.get(source, 0.0)) * freedom.scale(source, float(present))
+    least = RELATIVE * max(effects.values(), default=0.0)
+    return [source for source in sources if not 0.0 < effects.get(source, 0.0) < least]
 
 
 def _unchanged(graph: Graph, root: int, base: List[Value], sources: List[Source]) -> Optional[Dict[Source, Value]]:
