@@ -110,5 +110,10 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         refused = rosslt('force', '/timed/ratio/data', '0', '--timeout', '20')
         assert refused.returncode == 1
         assert '/timed raises ZeroDivisionError: float division by zero; taken back' in refused.stderr
-        assert 'a thread of the node ends after a change, which is taken back: gain = 0.0' in node.logged()
+        told = 'a callback of a Timer raises after a change, which is taken back: gain = 0.0'
+        assert told in node.logged()
         wait_until(lambda: rosgraph.Master('/test').getParam('/timed/rosslt/gain') == 2.0, 'it is taken back')
+        assert rosslt('force', '/timed/ratio/data', '3').returncode == 0, 'the timer goes on'
+        assert rosslt('set', '/timed/gain', '0').returncode == 0
+        wait_until(lambda: node.logged().count(told) == 2, 'it is taken back again')
+        assert rosslt('force', '/timed/ratio/data', '4').returncode == 0, 'the timer goes on again'

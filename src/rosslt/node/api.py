@@ -22,7 +22,7 @@ from typing import (
 import rospy
 
 from rosslt import values
-from rosslt.node.change.node_errors import ENDS, THREAD_ENDS
+from rosslt.node.change.node_errors import ENDS, THREAD_ENDS, TIMER_RAISES
 from rosslt.node.json_scalars import Refused
 from rosslt.node.location_server import SETTINGS, Owner
 from rosslt.node.locations.call_sites import CallSite, call_site, identity_of, name_of, word_of
@@ -80,14 +80,20 @@ def _end_by(report: Callable[..., Any], kind: object, error: BaseException, trac
 
 
 def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
-    """Do what `_end_by` does if a thread raises an exception, such as the thread of a `rospy.Timer`."""
+    """Do what `_end_by` does if a thread raises an exception. A `rospy.Timer` goes on once the change is taken back."""
     report(raised)
-    _take_back(raised.exc_value, THREAD_ENDS)
+    thread, is_timer = raised.thread, isinstance(raised.thread, rospy.Timer)
+    if _take_back(raised.exc_value, TIMER_RAISES if is_timer else THREAD_ENDS) and is_timer:
+        try:
+            thread.run()
+        except Exception as error:
+            _end_thread_by(report, threading.ExceptHookArgs((type(error), error, error.__traceback__, thread)))
 
 
-def _take_back(error: Optional[BaseException], what_ends: str) -> None:
-    if isinstance(error, Exception) and not rospy.is_shutdown():
-        _owner.take_back_what_ends_it(error, what_ends)
+def _take_back(error: Optional[BaseException], what_ends: str) -> bool:
+    if not isinstance(error, Exception) or rospy.is_shutdown():
+        return False
+    return _owner.take_back_what_ends_it(error, what_ends)
 
 
 def is_started() -> bool:

@@ -231,21 +231,27 @@ class Owner:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> None:
+    def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> bool:
         """Take back the changes of the last moments, if an exception ends the main program or a thread of it: their
         values would be remembered, and end it at each start.
 
         Args:
             error: the exception.
             what_ends: how the report begins, one of those that `NodeErrors` knows.
+
+        Returns:
+            Whether there were any, and all are taken back.
         """
+        states = []
         for request in self.history.since(time.monotonic() - SUSPECT):
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
+            states.append(answer.state)
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
             rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
+        return set(states) == {APPLIED}
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
         """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""

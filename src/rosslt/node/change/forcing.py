@@ -1,5 +1,6 @@
 """Forcing a field of a topic: a change is believed when a message shows it, and else it is said what came instead."""
 
+import contextlib
 import dataclasses
 import time
 from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -101,14 +102,18 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
 def solve_by_effect(
     part: Any, wanted: Any, sources: Optional[Collection[Source]], limits: Mapping[str, Any]
 ) -> Dict[Source, Any]:
-    """Solve for a part of a message as `values.solve` does; for one number, the sources that move it most for their
-    size are tried first. At rest an error of a controller is almost 0, and its gain would have to be huge.
+    """Solve for a part of a message as `values.solve` does. For one number, the sources that move it most for their
+    size are tried first: at rest an error of a controller is almost 0, and its gain would have to be huge. For several,
+    as many change as suffice, as in a drag.
 
     Args:
         part, wanted, sources: as those of a Forcing.
         limits: as of `Directory.limits`.
     """
-    moved = _moved(part, wanted)
+    moved, targets = _moved(part, wanted)
+    if len(moved) > 1:
+        with contextlib.suppress(values.NotInvertible):
+            return values.continued(moved, targets, values.source_values(moved), sources=sources, **limits)
     if len(moved) == 1:
         effects = _effects(moved, limits)
         least = min(filter(None, effects.values()), default=1.0)
@@ -116,10 +121,11 @@ def solve_by_effect(
     return values.solve(part, wanted, sources=sources, **limits)
 
 
-def _moved(part: Any, wanted: Any) -> List[Any]:
-    """The tracked leaves of a part of a message that are to have a value."""
+def _moved(part: Any, wanted: Any) -> Tuple[List[Any], List[Any]]:
+    """The tracked leaves of a part of a message that are to have a value, and these values."""
     targets = dict(values.leaves(wanted))
-    return [leaf for path, leaf in values.leaves(part) if values.is_tracked(leaf) and targets.get(path) is not None]
+    found = [(leaf, targets.get(path)) for path, leaf in values.leaves(part) if values.is_tracked(leaf)]
+    return [leaf for leaf, target in found if target is not None], [target for _, target in found if target is not None]
 
 
 def _effects(leaves: Sequence[Any], limits: Mapping[str, Any]) -> Dict[Source, float]:
@@ -263,7 +269,7 @@ class Forcing:
     def _why_moving(self, first: Observation, later: Observation) -> str:
         """Say that the field changes by itself, and which numbers move it."""
         limits = self.asker.directory.limits(values.sources(later.part), OWNER_TIMEOUT)
-        effects = _effects(_moved(later.part, self.wanted), limits)
+        effects = _effects(_moved(later.part, self.wanted)[0], limits)
         movable = [source for source, effect in effects.items() if effect and source not in limits['read_only']]
         most = sorted(movable, key=lambda source: -effects[source])[:MOST_NAMED]
         told = (

@@ -13,8 +13,9 @@ BAD_CALLBACK = 'bad callback: '
 #: The start of rosslt's log message about a main program that raised.
 ENDS = 'the node ends '
 
-#: The same about a thread that raised, such as that of a `rospy.Timer`.
+#: The same about a thread that raised, and about the callback of a `rospy.Timer`, which goes on.
 THREAD_ENDS = 'a thread of the node ends '
+TIMER_RAISES = 'a callback of a Timer raises '
 
 #: The maximal number of kept reports.
 MOST = 100
@@ -34,7 +35,7 @@ class NodeErrors:
         self._subscriber = rospy.Subscriber('/rosout', Log, self._take)
 
     def _take(self, report: Any) -> None:
-        if report.level >= Log.ERROR and report.msg.startswith((BAD_CALLBACK, ENDS, THREAD_ENDS)):
+        if report.level >= Log.ERROR and report.msg.startswith((BAD_CALLBACK, ENDS, THREAD_ENDS, TIMER_RAISES)):
             self._raised.append(_Raised(time.monotonic(), report.name, report.msg.strip().splitlines()[-1]))
 
     def raised_since(self, nodes: Collection[str], since: float) -> str:
