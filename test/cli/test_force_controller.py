@@ -129,7 +129,7 @@ def test_at_rest_the_goal_is_tried_and_no_huge_gain(way):
     assert {y for _, y in way.places} == {way.places[-1][1]}
 
 
-# It leaves out a waypoint that is too far away, and says where it goes: it keeps a distance in the direction, in degrees.
+# It leaves out a waypoint that is too far away, and says where it goes: at a distance, in a direction in degrees.
 PATROL = """
 from math import cos, radians, sin
 
