@@ -68,13 +68,13 @@ def test_what_is_as_before_again_has_not_changed(request_of):
     ('readings', 'shown'),
     [
         ({}, Shown.NOTHING),
-        ({GAIN: [1.0]}, Shown.OLD),
-        ({GAIN: [2.0]}, Shown.OLD),
-        ({GAIN: [3.3]}, Shown.NEW),
-        ({GAIN: [3.299999952316284]}, Shown.NEW),  # in 32 bits
-        ({GAIN: [7.0]}, Shown.OTHER),
-        ({GAIN: [1.0, 2.0, 3.3]}, Shown.NEW),
-        ({GAIN: [1.0, 2.0]}, Shown.OLD),
+        ({GAIN: [3.3]}, Shown.NOTHING),
+        ({GAIN: [1.0], BIAS: [4]}, Shown.OLD),
+        ({GAIN: [2.0], BIAS: [4]}, Shown.OLD),
+        ({GAIN: [3.299999952316284], BIAS: [4]}, Shown.NEW),  # in 32 bits
+        ({GAIN: [7.0], BIAS: [4]}, Shown.OTHER),
+        ({GAIN: [1.0, 2.0, 3.3], BIAS: [4]}, Shown.NEW),
+        ({GAIN: [1.0, 2.0], BIAS: [4]}, Shown.OLD),
         ({GAIN: [3.3], BIAS: [0]}, Shown.OLD),
         ({GAIN: [3.3], BIAS: [9]}, Shown.OTHER),
         ({GAIN: [3.3], BIAS: [4]}, Shown.NEW),
