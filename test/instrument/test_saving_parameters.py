@@ -192,7 +192,7 @@ def test_where_a_whole_number_takes_no_fraction_its_line_is_named(master, hearin
     launch, gains = tmp_path / 'whole.launch', tmp_path / 'gains.yaml'
     gains.write_text('# gains\n\nki: 0\n')
     launch.write_text(
-        '<launch>\n<node pkg="whole_package" type="whole.py" name="whole">\n'
+        '<launch>\n<node pkg="whole_package" type="whole.py" name="counting">\n'
         f'<rosparam file="{gains}"/>\n<param name="kd" value="2"/>\n</node>\n</launch>\n'
     )
     heard = hearing('launched', PointStamped)
@@ -200,15 +200,15 @@ def test_where_a_whole_number_takes_no_fraction_its_line_is_named(master, hearin
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         heard.next()
-        read = next(place.file for place in places('/whole') if place.local_name == '~n')
+        read = next(place.file for place in places('/counting') if place.local_name == '~n')
         for name, given in (
             ('ki', f'0 in {gains}:3; if the node takes fractions, write 0.0 there'),
             ('kd', f'2 in {launch}:4; if the node takes fractions, write 2.0 there'),
             ('n', f'3 where {read} reads it from; if the node takes fractions, write 3.0 there'),
         ):
-            told = command('set', f'/whole/~{name}', '0.05').stderr
-            assert told == f"rosslt set: /whole/~{name}: '0.05' is not an int; it is given as {given}\n"
-        assert 'it is given' not in command('set', '/whole/~ki', 'far').stderr
+            told = command('set', f'/counting/~{name}', '0.05').stderr
+            assert told == f"rosslt set: /counting/~{name}: '0.05' is not an int; it is given as {given}\n"
+        assert 'it is given' not in command('set', '/counting/~ki', 'far').stderr
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)

@@ -289,6 +289,31 @@ x = Box().grow(Box())
     assert values.is_tracked(names['x'])
 
 
+FRACTIONS = {
+    'a quotient': 'x = n / 4',
+    'a quotient in a sum': 'x = 3 - n / 4',
+    'a product with a fraction': 'x = -(3 * 0.5)',
+    'quotients in a tuple': 'x, z = n / 4, n / 2',
+}
+
+
+@pytest.mark.parametrize('statement', FRACTIONS.values(), ids=FRACTIONS)
+def test_a_plain_float_beside_a_fraction_is_not_looked_at(statement):
+    text = f"half = float('0.5')\nn = 3\n{statement}\ny = half - x\n"
+    made = rewrite(text.encode(), '/nowhere/program.py', '/nowhere/program.py')
+    assert '__rosslt_sub__' not in made.code.co_names
+    assert values.is_tracked(run_rewritten(text)['y'])
+
+
+@pytest.mark.parametrize(
+    'expression', ['round(n / 4)', 'int(n / 2)', 'n // 2', '7 if n > 5 else n / 2', 'n and 7 or 0.5']
+)
+def test_a_plain_float_beside_a_whole_number_keeps_its_source(expression):
+    names = run_rewritten(f"half = float('0.5')\nn = 6\nx = {expression}\ny = half - x\n")
+    assert type(values.untracked(names['x'])) is int
+    assert values.is_tracked(names['y'])
+
+
 def test_other_encodings_are_read():
     made = rewrite('# -*- coding: latin-1 -*-\ns = "é"; x = 2.0\n'.encode('latin-1'), '/nowhere/a.py', '/nowhere/a.py')
     (literal,) = made.literals

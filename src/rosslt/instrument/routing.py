@@ -58,9 +58,8 @@ class Counterpart(types.ModuleType):
         names.update({name: thing for name, thing in vars(original).items() if name != '__dict__'})
         names.update(others)
         names['__original__'] = original
-
-    def __getattr__(self, name: str) -> Any:
-        return route(getattr(self.__original__, name))
+        # In the module and not in its class: of a class that has one, Python would look up each name by a slow way.
+        names['__getattr__'] = lambda name: route(getattr(original, name))
 
     def __setattr__(self, name: str, value: object) -> None:
         setattr(self.__original__, name, value)

@@ -153,12 +153,27 @@ class _Makers(NamedTuple):
             return _last_name(node) in self.names
         # Results of arithmetic on ints are mostly floats, which are looked for only if there is NumPy.
         has_floats = float in self.kinds
+        elements = [one for one in getattr(node, 'elts', [node]) if has_floats or not _is_fraction(one)]
         return any(
             (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
             or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
             or (has_floats and isinstance(part, (ast.Name, ast.Attribute)) and _last_name(part) in self.names)
-            for part in ast.walk(node)
+            for element in elements
+            for part in ast.walk(element)
         )
+
+
+def _is_fraction(node: ast.AST) -> bool:
+    """Return whether numbers give a float in any case: a division, a float literal, or arithmetic with one of these."""
+    if isinstance(node, ast.Constant):
+        return type(node.value) is float
+    if isinstance(node, ast.UnaryOp):
+        return _is_fraction(node.operand)
+    if not isinstance(node, ast.BinOp):
+        return False
+    return isinstance(node.op, ast.Div) or (
+        isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and (_is_fraction(node.left) or _is_fraction(node.right))
+    )
 
 
 def _given(node: ast.AST, functions: Dict[str, List[ast.AST]], makers: _Makers) -> Set[str]:
@@ -282,7 +297,7 @@ class _Rewriter(ast.NodeTransformer):
         if id(node) in self._cells:
             return type(self._cells[id(node)][1].value) in self._kinds
         if isinstance(node, ast.BinOp):
-            return (float in self._kinds or not isinstance(node.op, ast.Div)) and (
+            return (float in self._kinds or not _is_fraction(node)) and (
                 self._may_be_hidden(node.left) or self._may_be_hidden(node.right)
             )
         if isinstance(node, ast.UnaryOp):

@@ -64,6 +64,8 @@ class Memory:
         width = view.itemsize
         if not view.size or width != self.root.itemsize:  # the program has made it an array of other numbers
             return numpy.zeros(view.shape, _CODE)
+        if view.size == codes.size and view.flags.forc:  # it is all of the memory, in order
+            return codes.reshape(view.shape, order='C' if view.flags.c_contiguous else 'F')
         address, start = (one.__array_interface__['data'][0] for one in (view, self.root))
         strides = [stride // width * _CODE.itemsize for stride in view.strides]
         return numpy.ndarray(view.shape, _CODE, codes, (address - start) // width * _CODE.itemsize, strides)
