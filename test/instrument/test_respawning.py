@@ -200,8 +200,7 @@ def test_numbers_not_read_yet_keep_their_changes_after_an_edit(master, tmp_path)
             again.stop(signal.SIGKILL)
         rospy.set_param('/divided/is_far', True)
         with Unmodified(tmp_path, 'divided', again.file.read_text()):
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.25, 0.5, 0.4)
+            heard.comes(lambda message: (message.point.x, message.point.y, message.point.z) == (0.25, 0.5, 0.4))
 
 
 def test_a_changed_value_stays_with_its_literal_where_lines_were_moved(master, tmp_path):
