@@ -295,6 +295,23 @@ def test_a_hand_changes_no_number_that_the_next_target_shares(asked):
     assert (asked, notes.said) == ([], [f'it comes from {B}, {C} now'])
 
 
+def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
+    """As the scale and the offset of all targets: the next one comes from them as well."""
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    shift = values.track(0.0, C)
+    take(scene, box_at(shift + 0.5 * values.track(2.0, A)))
+    drags = Drags(scene, Rules(), str)
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    drags.chosen['/boxes::0'] = C
+    assert drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
+    take(scene, box_at(values.track(1.0, C) + 0.5 * values.track(8.0, B)))
+    assert drags.release('/boxes::0', 'world', at(3.0))
+    wait_until(lambda: not scene.is_held('/boxes::0'), 'it goes where its messages have it')
+    assert (asked, set(notes.said)) == ([{C: 1.0}], {f'it comes from {C}, {B} now'})
+
+
 def test_a_drag_ends_when_its_node_goes_on_to_another_target(asked):
     scene = Scene(Settings())
     notes = Notes(scene)

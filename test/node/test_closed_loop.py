@@ -244,6 +244,14 @@ def test_a_field_that_comes_from_other_numbers_is_not_forced_by_these(simulated)
     assert made.present == made.began
 
 
+def test_a_number_that_the_next_target_shares_is_changed_once(simulated):
+    made = simulated(lambda gain, bias, tick: bias + gain if gain < 2 else 1.0 + gain)
+    with pytest.raises(node.NotReached, match=r'; it comes from /owner/gain now; taken back$'):
+        made.force(7.0, sources=[GAIN], timeout=0.2)
+    assert [list(request) for request in made.requests] == [[GAIN]]
+    assert made.present == made.began
+
+
 def test_what_an_iteration_comes_to_is_reached_but_for_its_last_digits(simulated):
     made = simulated(lambda gain, bias, tick: gain * gain * (1.0 + 6e-9 * math.sin(1e9 * float(gain))))
     outcome = made.force(7.0)

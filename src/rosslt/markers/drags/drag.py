@@ -86,9 +86,9 @@ class Drag:
         return 'another thing has taken its place' if is_another else None
 
     def has_left(self, sources: Sequence[values.Source]) -> bool:
-        """Return whether a thing with these sources lacks one that the drag has changed, or, before any change, one of
-        those that it began with: its node has gone on to the next of its targets, say."""
-        return bool(sources) and not set(sources) >= (self.request.after.keys() or self.held)
+        """Return whether a thing with these sources lacks one of those that it had when the hand took hold of it: its
+        node has gone on to the next of its targets, say."""
+        return bool(sources) and not self.held <= set(sources)
 
     def _is_sound(self, frame: str, pose: PoseTuple) -> bool:
         """Return whether a reported pose can be used; `fault` says what is wrong with it."""

@@ -3,7 +3,7 @@
 import time
 from typing import Callable, Optional
 
-from rosslt import node
+from rosslt import node, values
 from rosslt.markers.drags.drag import NOISE, Drag
 from rosslt.markers.scene.handle import Handle
 
@@ -35,7 +35,8 @@ class Drop:
         """Take in the thing as the latest message has it, or None."""
         if handle is not None and handle is not self._handle and self.drag.misfit(handle) is None:
             self._handle = handle
-            self.loop.take(self._observed(handle))
+            if not self.drag.has_left(values.sources(list(handle.tracked))):
+                self.loop.take(self._observed(handle))
         if not self.loop.is_over and time.monotonic() >= self.loop.end:
             self.loop.pass_time()
 

@@ -8,10 +8,11 @@ the thing that was dropped.
 
 import math
 import time
-from typing import Callable, List, Optional
+from typing import Callable, List, Optional, Set
 
 from rosslt.node.change.change_request import ChangeRequest, Shown
 from rosslt.node.change.observation import Observation, is_alike
+from rosslt.values import Source
 
 #: The time in which messages show whether a field stands still, in seconds.
 LOOK = 1.0
@@ -35,8 +36,8 @@ class ClosedLoop:
         rounds: how many times sources were changed.
         end: until when the next observation is waited for, a time of `time.monotonic`; then `pass_time` is called.
         seen: the observations that show the last change.
-        other: the latest one that lacks a changed source. It is never solved: the node may have gone on to the next
-            of its targets.
+        other: the latest one that lacks a changed source, or one of the first observation that was solved. It is never
+            solved: the node may have gone on to the next of its targets.
         old: how many still had an old value of a changed source.
         last: the observation that is the result, or `other` if no message shows the change; None if there is neither.
     """
@@ -56,9 +57,11 @@ class ClosedLoop:
         self.seen: List[Observation] = []
         self.other: Optional[Observation] = None
         self.last: Optional[Observation] = None
+        self._began: Set[Source] = set()
 
     def solve(self, observation: Observation) -> None:
         """Have the sources changed for an observation; raises what `change` raises."""
+        self._began = self._began or set(observation.expression.sources)
         if self.rounds < self._most and self._change(observation):
             self.follow()
         else:
@@ -79,7 +82,7 @@ class ClosedLoop:
         if shown is Shown.OLD and not observation.is_reached:
             self.old += 1
             return
-        if shown is Shown.NOTHING:
+        if shown is Shown.NOTHING or not self._began <= set(observation.expression.sources):
             self.other = observation
             return
         seen = self.seen

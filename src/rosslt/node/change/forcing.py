@@ -389,7 +389,7 @@ class Forcing:
         parts, last = [], self._loop.last
         late = self._late(self._request.after)
         if last is not None:
-            has_left = not self._request.after.keys() <= set(last.expression.sources)
+            has_left = last is self._loop.other
             parts += [self._why_silent()] if has_left else []
             if not last.is_reached:
                 parts.append(
