@@ -5,7 +5,7 @@ import time
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from rosslt import messages, values
-from rosslt.values import AFFINE, CONSTANT, SOURCE, Source
+from rosslt.values import SOURCE, Source
 
 #: How near a number that comes no nearer must be, relative to the target: the node may have iterated.
 NEAR = 1e-6
@@ -17,31 +17,21 @@ MOST_NAMED = 3
 class Expression:
     """The expression that computed a part of a message, without its numbers.
 
-    If a node takes another branch (`a if x < 5 else b`), sources and operations come and go.
-
     Args:
         part: a scalar, a message or an array, with tracked leaves.
 
     Attributes:
-        sources: what it was computed from.
+        sources: what it was computed from. If a node takes another branch (`a if x < 5 else b`), sources come and go.
         readings: {source: its values that were used}; of a counter or an integral several.
-        form: equal for expressions that compute in the same way.
     """
 
     def __init__(self, part: Any) -> None:
         tracked = [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
-        instructions, roots = values.disassemble(tracked)
         self.sources: List[Source] = values.sources(tracked)
         self.readings: Dict[Source, List[messages.Scalar]] = {}
-        self.form: List[Any] = [roots]
-        for kind, *rest in instructions:
+        for kind, *rest in values.disassemble(tracked)[0]:
             if kind == SOURCE:
                 self.readings.setdefault(rest[0], []).append(rest[1])
-                self.form.append(rest[0])
-            elif kind == AFFINE:
-                self.form.append(tuple(index for index, _ in rest[1]))
-            else:
-                self.form.append(CONSTANT if kind == CONSTANT else (kind.name, *rest))
 
 
 class Observation(NamedTuple):
@@ -88,7 +78,7 @@ def observe(
 
 
 def comes_from(sources: Sequence[Source], name_of: Callable[[Source], str]) -> str:
-    """Say what a thing comes from that lacks a changed source."""
+    """Say what a thing comes from that no longer comes from what was changed."""
     names = [name_of(source) for source in sources]
     more = [f'{len(names) - MOST_NAMED} more'] if len(names) > MOST_NAMED else []
     return f'it comes from {", ".join([*names[:MOST_NAMED], *more]) or "no known number"} now'
