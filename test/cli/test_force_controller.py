@@ -176,3 +176,57 @@ def test_a_target_is_moved_by_its_waypoint_alone(guard):
     assert changed('/guard/target/point/x', '3') == {'/guard/WAYPOINTS_0_0': '3.5'}
     both = {'/guard/WAYPOINTS_0_0': '2.5', '/guard/WAYPOINTS_0_1': '1.0'}
     assert changed('/guard/target/point', '{x: 2, y: 1}') == both
+
+
+# Its targets are rows of a table in the code and of a parameter, scaled and moved by numbers that all of them share.
+SHARING = """
+import rospy
+from geometry_msgs.msg import PointStamped
+
+STOPS = [{'x': 2.0, 'y': -5.0}, {'x': 4.0, 'y': 3.0}]
+SCALE = 1.5
+OFFSET = {'x': 0.5, 'y': 0.25}
+
+rospy.init_node('sharing')
+shelves = rospy.get_param('~shelves', [[1.0, 2.0], [30.0, 40.0]])
+stops, rate = rospy.Publisher('sharing/stop', PointStamped, queue_size=10), rospy.Rate(20)
+shelf = rospy.Publisher('sharing/shelf', PointStamped, queue_size=10)
+at = 1
+while not rospy.is_shutdown():
+    message = PointStamped()
+    message.point.x = STOPS[at]['x'] * SCALE + OFFSET['x']
+    message.point.y = STOPS[at]['y'] * SCALE + OFFSET['y']
+    stops.publish(message)
+    message = PointStamped()
+    message.point.x = shelves[at][0] * SCALE + OFFSET['x']
+    message.point.y = shelves[at][1] * SCALE + OFFSET['y']
+    shelf.publish(message)
+    rate.sleep()
+"""
+
+
+@pytest.fixture
+def sharing(tmp_path, master):
+    with Unmodified(tmp_path, 'sharing', SHARING) as program:
+        wait_until(lambda: 'STOPS_1_y' in rosslt('list', '/sharing').stdout, 'its numbers')
+        yield program
+    with contextlib.suppress(rosgraph.MasterError):
+        master.deleteParam('/sharing')
+
+
+def test_what_a_target_has_for_itself_changes_first(sharing):
+    assert changed('/sharing/stop/point/x', '8') == {'/sharing/STOPS_1_x': '5.0'}
+    both = {'/sharing/STOPS_1_x': '1.0', '/sharing/STOPS_1_y': '0.5'}
+    assert changed('/sharing/stop/point', '{x: 2, y: 1, z: 0}') == both
+    assert changed('/sharing/shelf/point/x', '8') == {'/sharing/~shelves/1/0': '5.0'}
+
+
+def test_what_all_targets_share_changes_where_it_is_said(sharing):
+    told = ('--source', 'OFFSET_x', '--source', '/sharing/OFFSET_y')
+    both = {'/sharing/OFFSET_x': '1.0', '/sharing/OFFSET_y': '0.75'}
+    assert changed('/sharing/stop/point', '{x: 7, y: 5.25, z: 0}', *told) == both
+    rosslt('lock', '/sharing/STOPS_1_x')
+    try:
+        assert changed('/sharing/stop/point/x', '8') == {'/sharing/SCALE': '1.75'}
+    finally:
+        rosslt('unlock', '/sharing/STOPS_1_x')

@@ -9,7 +9,7 @@ import pytest
 from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker
 
-from rosslt import math, node, values
+from rosslt import math, msg, node, values
 from rosslt.markers.drags import changes, drop_check, wording
 from rosslt.markers.drags import scene_drags as drags_module
 from rosslt.markers.drags.drag import Drag
@@ -219,7 +219,7 @@ def asked(monkeypatch):
 
     monkeypatch.setattr(change_request, 'new_request_id', note_id)
     monkeypatch.setattr(change_request, 'request_values', request_values)
-    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(node, 'reevaluate', lambda x, timeout: x)
     monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: x)
     return result
@@ -293,6 +293,22 @@ def test_a_hand_changes_no_number_that_the_next_target_shares(asked):
     assert drags.release('/boxes::0', 'world', at(2.0))
     wait_until(lambda: notes.said, 'the hand to be told')
     assert (asked, notes.said) == ([], [f'it comes from {B}, {C} now'])
+
+
+def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
+    directory = node.Directory()
+    row = msg.Location(id=A.location_id, name='a', row='f.py:3:1[0]')
+    directory.take(A.node, [row, msg.Location(id=C.location_id, name='c')])
+    monkeypatch.setattr(node, 'directory', lambda: directory)
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    take(scene, box_at(values.track(1.0, A) + values.track(0.0, C)))
+    drags = Drags(scene, Rules(), str)
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    drags.chosen['/boxes::0'] = C
+    assert drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
+    wait_until(lambda: notes.said == [f'{C} moves others of its kind, too'], 'the hand to be told')
 
 
 def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
@@ -422,7 +438,7 @@ class Folded:
         self.fold, self.scene = fold, Scene(Settings())
         self.notes = Notes(self.scene)
         monkeypatch.setattr(change_request, 'request_values', self.request_values)
-        monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+        monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
         self.show()
         self.drags = Drags(self.scene, Rules(rate=1000.0, resolution=1e-9), str)
         self.x = self.scene.handle('/boxes::0').pose[0]

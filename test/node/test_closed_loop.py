@@ -36,7 +36,7 @@ class Simulated:
         monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
         self.began = dict(self.present)
 
-    def limits(self, sources, timeout):
+    def limits(self, sources, timeout, thing=()):
         return {'bounds': {}, 'read_only': []}
 
     def name_of(self, source):

@@ -61,3 +61,28 @@ def test_the_version_grows_with_what_becomes_known_but_not_with_values():
         directory.take('/owner', [told])
         versions.append(directory.version)
     assert versions == [0, 1, 1, 2]
+
+
+def told(*rows, **fields):
+    """A directory that knows one location for each row; and the sources."""
+    directory = Directory()
+    locations = [msg.Location(id=number, name=f'l{number}', row=row, **fields) for number, row in enumerate(rows)]
+    directory.take('/owner', locations)
+    return directory, [values.Source('/owner', number) for number in range(len(rows))]
+
+
+def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
+    directory, (x, y, offset) = told('f.py:3:1[1]', 'f.py:3:1[1]', '')
+    assert directory.own([x, y, offset]) == [x, y]
+    directory, (one, other, offset) = told('f.py:3:1[1]', 'f.py:3:1[0]', 'f.py:9:1[0]')
+    assert directory.own([one, other, offset]) == [offset]
+    assert directory.own([one, other]) == []
+    directory, (locked, offset) = told('f.py:3:1[1]', '', read_only=True)
+    assert directory.own([locked, offset]) == []
+
+
+def test_what_a_thing_has_for_itself_changes_first():
+    directory, (x, scale) = told('f.py:3:1[1]', '', rank=1)
+    now = 60.0
+    assert directory.limits([x, scale], now)['rank'] == {x: 1, scale: 1}
+    assert directory.limits([x, scale], now, thing=[x, scale])['rank'] == {x: 0, scale: 2}

@@ -66,11 +66,14 @@ def report_silent(verb: str, master: rosgraph.Master, silent: Mapping[str, str])
 
 
 def sources_called(directory: Directory, sources: Iterable[values.Source], text: str) -> List[values.Source]:
-    """Find sources by what people call them: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as `rosslt echo` says."""
+    """Find sources by what people call them: NODE/LOCATION, LOCATION, NODE#ID, or FILE:LINE:COLUMN as `rosslt echo`
+    says."""
     found = []
     for source in sources:
         place = directory.of(source)
-        names = {str(source), directory.name(source)} | ({place.file, place.short_file} if place else set())
+        names = {str(source), directory.name(source)} | (
+            {place.local_name, place.file, place.short_file} if place else set()
+        )
         if {text, '/' + text} & names:
             found.append(source)
     return found

@@ -279,15 +279,16 @@ class CellLocation(node.LiteralLocation):
         cells, number: where its value is read.
         is_shape: whether it gives a formula its shape.
         keeps: whether it is read with its provenance; None while it is not decided yet.
-        rank: how willingly it is changed.
+        rank, row: as those of a Location.
         is_known: whether it has been made known.
     """
 
-    __slots__ = ('cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank')
+    __slots__ = ('cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank', 'row')
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
         self.cells, self.number, self.rank = cells, number, literal.rank
+        self.row = literal.row and f'{literal.file}:{literal.row}'
         self.is_known = False
         self.is_shape = literal.is_shape
         self.keeps: Optional[bool] = None if self.is_shape else True

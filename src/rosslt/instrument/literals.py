@@ -12,6 +12,7 @@ from rosslt.instrument.lifetimes import own_functions
 from rosslt.instrument.literal_names import literal_names
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
 from rosslt.instrument.states import States
+from rosslt.instrument.tables import rows_of_literals
 
 #: The rank at which a drag changes a literal, by its rule; it changes rank 0 first, as for parameters.
 RANKS = {'named': 0, 'parameter': 0, 'value': 1, 'term': 2}
@@ -35,6 +36,7 @@ class Literal(NamedTuple):
         name: the variable that it is the value of (`speed`), or its place in that (`waypoints.2.x`); or None.
         minimum, maximum: bounds from a comment, or None.
         is_read_once: whether it is read when its file is loaded, and never again.
+        row: the row of a table that it is in, as of `tables.rows_of_literals`; '' if it is in none.
         is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of `_set_up`.
     """
 
@@ -52,6 +54,7 @@ class Literal(NamedTuple):
     minimum: Optional[float]
     maximum: Optional[float]
     is_read_once: bool
+    row: str
     is_set_up: bool
 
     @property
@@ -92,6 +95,7 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
             found.append((judgement, limits or (None, None)))
     repeated = _repeated(tree)
     set_up = _set_up(tree, repeated)
+    rows = rows_of_literals(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
     names = literal_names(tree, [(judgement.node, judgement.name) for judgement, _ in found])
     return [
@@ -112,6 +116,7 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                 minimum,
                 maximum,
                 id(judgement.node) not in repeated,
+                rows.get(id(judgement.node), ''),
                 id(judgement.node) in set_up,
             ),
         )

@@ -91,7 +91,7 @@ _REWRITING = (
         f'instrument/{name}'
         for name in (
             *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'signatures', 'states'),
-            'tree_rewriting',
+            *('tables', 'tree_rewriting'),
         )
     ),
     'node/locations/literal_identities',

@@ -1,7 +1,7 @@
 """Names of sources, and their files and lines, as people read them; and whether a drag may change them."""
 
 import os
-from typing import Any, Collection, Optional, Tuple
+from typing import Any, Collection, Dict, Optional, Tuple
 
 from rosslt import node, values
 
@@ -74,6 +74,10 @@ class Descriptions:
         """How willingly a source is changed if several could be: 0 first, and if nothing is known of it."""
         place = self._directory.of(source)
         return 0 if place is None else place.location.rank
+
+    def ranks(self, thing: Collection[values.Source]) -> Dict[values.Source, int]:
+        """How willingly the sources of a thing are changed, those that are its own first."""
+        return self._directory.ranks(thing, thing)
 
     def can_change(self, value: Any) -> bool:
         """True if a value has a source that takes changes, as far as known."""

@@ -10,6 +10,7 @@ from types import FrameType
 from typing import (
     Any,
     Callable,
+    Collection,
     Dict,
     Iterator,
     List,
@@ -360,14 +361,17 @@ def directory() -> Directory:
     return _owner.directory
 
 
-def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
+def limits(
+    sources: Sequence[values.Source], timeout: float = 1.0, thing: Collection[values.Source] = ()
+) -> Dict[str, Any]:
     """The values that the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
         timeout: how long to wait for the owners' answers, in seconds.
+        thing: as in `Directory.limits`.
     """
-    return _owner.directory.limits(sources, timeout)
+    return _owner.directory.limits(sources, timeout, thing)
 
 
 def started(call: str) -> Owner:

@@ -2,7 +2,9 @@
 
 import argparse
 import sys
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import genpy
 
 from rosslt import node, values
 from rosslt.cli.directory import sources_called
@@ -39,8 +41,10 @@ ARGUMENTS = [
     Argument(
         '--source',
         completer='locations',
+        action='append',
         metavar='S',
-        help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says',
+        help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says; given '
+        'several times, change no others than these',
     ),
     Argument('--node', completer='nodes', metavar='NODE', help='in the messages of this node'),
     Argument(
@@ -77,7 +81,7 @@ def run(options: argparse.Namespace) -> None:
         paths = {received.publisher: path_where(received.message, field, dict(where)) or '' for received in heard}
         parts = {received.publisher: field_of(received.message, paths[received.publisher]) for received in heard}
         directory.learn({source for part in parts.values() for source in values.sources(part)})
-        publisher, source = _chosen(directory, parts, options.source)
+        publisher, chosen = _chosen(directory, parts, options.source or [])
         part = parts[publisher]
         if not values.sources(part):
             raise Failure(f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {topic}` says why')
@@ -93,12 +97,12 @@ def run(options: argparse.Namespace) -> None:
         wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
             node.check_joint_limits(heard_one.topic, heard_one.message, field, wanted)
-            planned = _planned(directory, part, wanted, source)
+            planned = _planned(directory, heard_one.message, field, wanted, chosen)
             _show(directory, planned, is_planned=True)
             if all(old == new for old, new in planned.values()):
                 write_note('force', _SO_ALREADY)
             return
-        outcome = _forced(directory, stream, errors, heard_one, field, wanted, source, options)
+        outcome = _forced(directory, stream, errors, heard_one, field, wanted, chosen, options)
     _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
     _report(outcome, publisher)
 
@@ -110,7 +114,7 @@ def _forced(
     received: Heard,
     field: str,
     wanted: object,
-    source: Optional[values.Source],
+    chosen: Optional[List[values.Source]],
     options: argparse.Namespace,
 ) -> node.Outcome:
     """Force the field of a message; returns what has changed.
@@ -126,7 +130,7 @@ def _forced(
             errors,
             field,
             wanted,
-            None if source is None else [source],
+            chosen,
             options.rounds,
             options.timeout,
             options.keep_anyway,
@@ -169,36 +173,44 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
     )
 
 
-def _chosen(directory: Directory, parts: Dict[str, object], text: Optional[str]) -> Tuple[str, Optional[values.Source]]:
-    """Choose the publisher whose message is solved, and the source to change if one was named.
+def _chosen(
+    directory: Directory, parts: Dict[str, object], texts: Sequence[str]
+) -> Tuple[str, Optional[List[values.Source]]]:
+    """Choose the publisher whose message is solved, and the sources to change if some were named.
 
     Args:
         directory: knows what sources are called.
         parts: {publisher: the field in its message}.
-        text: the source's name for people, or None.
+        texts: the sources' names for people.
     """
-    if text is None:
-        return next((name for name, part in parts.items() if values.sources(part)), next(iter(parts))), None
-    found: Dict[values.Source, str] = {}
-    for name, part in parts.items():
-        for source in sources_called(directory, values.sources(part), text):
-            found.setdefault(source, name)
+    found: Dict[values.Source, List[str]] = {}  # the publishers of each
+    for text in texts:
+        called = {
+            source: [name for name, part in parts.items() if source in values.sources(part)]
+            for part in parts.values()
+            for source in sources_called(directory, values.sources(part), text)
+        }
+        if not called:
+            sources = dict.fromkeys(source for part in parts.values() for source in values.sources(part))
+            names = ', '.join(map(directory.name, sources)) or 'none'
+            raise Failure(f'{text} is not among its sources, which are {names}')
+        if len(called) > 1:
+            raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(map(directory.name, called))))
+        found.update(called)
     if not found:
-        sources = dict.fromkeys(source for part in parts.values() for source in values.sources(part))
-        raise Failure(
-            '{} is not among its sources, which are {}'.format(text, ', '.join(map(directory.name, sources)) or 'none')
-        )
-    if len(found) > 1:
-        raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(map(directory.name, found))))
-    ((source, name),) = found.items()
-    return name, source
+        return next((name for name, part in parts.items() if values.sources(part)), next(iter(parts))), None
+    publishers = [name for name in parts if all(name in names for names in found.values())]
+    if not publishers:
+        raise Failure('no message comes from all of {}'.format(' and '.join(map(directory.name, found))))
+    return publishers[0], list(found)
 
 
 def _planned(
-    directory: Directory, part: object, wanted: object, source: Optional[values.Source]
+    directory: Directory, message: genpy.Message, field: str, wanted: object, chosen: Optional[List[values.Source]]
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
-    sources = None if source is None else [source]
-    new = node.solve_by_effect(part, wanted, sources, directory.limits(values.sources(part), TIMEOUT))
+    part = field_of(message, field)
+    limits = directory.limits(values.sources(part), TIMEOUT, node.sources_of_thing(message, field))
+    new = node.solve_by_effect(part, wanted, chosen, limits)
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

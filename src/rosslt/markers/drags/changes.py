@@ -57,7 +57,7 @@ def plan(
         may_leap: whether an answer that can only be reached by a jump is one, too.
         resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
             round as that allows.
-        held: change no other Sources than these; by default any.
+        held: the Sources of the whole thing: no others change, and its own ones first; by default any.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -66,7 +66,7 @@ def plan(
     if began:
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
-    limits = node.limits(list(present), timeout)
+    limits = node.limits(list(present), timeout, held or ())
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
     if held is not None:

@@ -330,7 +330,7 @@ class Drags:
             return values.NotInvertible(node.comes_from(others, self._name_of)) if is_others else error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
         drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
-        self._say_how_far(handle, plan, limit)
+        self._say_how_far(drag, handle, plan, limit)
         return None
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
@@ -353,11 +353,18 @@ class Drags:
         sources = values.sources(list(handle.tracked))
         return node.comes_from(sources, self._name_of) if drag.has_left(sources) else ''
 
-    def _say_how_far(self, handle: Handle, plan: changes.Plan, limit: str) -> None:
+    def _say_how_far(self, drag: Drag, handle: Handle, plan: changes.Plan, limit: str) -> None:
         reasons = [wording.short_numbers(limit)] if limit else []
         if plan.gap > NOTICEABLE:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
             reasons = reasons or ['as near as possible']
+        own = node.directory().own(drag.held)
+        if own:
+            reasons += [
+                '{} moves others of its kind, too'.format(self._name_of(source))
+                for source in plan.after
+                if source not in own
+            ]
         if reasons:
             self._scene.say(handle, '; '.join(reasons))

@@ -202,7 +202,11 @@ def force_value(
 
 
 def solved(
-    asker: Asker, sources: Sequence[values.Source], timeout: float, solve: Callable[[Dict[str, Any]], _Solved]
+    asker: Asker,
+    sources: Sequence[values.Source],
+    timeout: float,
+    solve: Callable[[Dict[str, Any]], _Solved],
+    thing: Collection[values.Source] = (),
 ) -> _Solved:
     """The result of solving within what the owners of sources allow; if that is impossible, with those that take effect
     at the next start only; at last with read-only ones.
@@ -210,11 +214,12 @@ def solved(
     Args:
         timeout: how long to wait for what the owners say, in seconds.
         solve: called with the limits, as arguments of `values.solve`.
+        thing: as in `Directory.limits`.
 
     Raises:
         values.NotInvertible: as in `solve`.
     """
-    limits = asker.directory.limits(sources, timeout)
+    limits = asker.directory.limits(sources, timeout, thing)
     try:
         return solve(limits)
     except values.NotInvertible:

@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import re
 import time
 from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -97,6 +98,14 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
         and where != own
         and not values.is_tracked(leaf)
     )
+
+
+def sources_of_thing(message: messages.Message, path: str) -> List[Source]:
+    """The sources of what a field is a part of: of all three coordinates of a point, whichever of them is meant."""
+    part, _ = messages.part_at(message, path)
+    if isinstance(values.untracked(part), (int, float, str)):
+        part, _ = messages.part_at(message, re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path))
+    return values.sources(part)
 
 
 def solve_by_effect(
@@ -235,6 +244,7 @@ class Forcing:
         first = self._observed(heard.message)
         if first is None:
             raise ValueError(f'the message has no field {self.path}')
+        self._of_thing = sources_of_thing(heard.message, self.path)
         messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
         check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:
@@ -308,6 +318,7 @@ class Forcing:
                 values.sources(part),
                 OWNER_TIMEOUT,
                 lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
+                self._of_thing,
             )
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:

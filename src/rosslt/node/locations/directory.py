@@ -12,7 +12,7 @@ import os
 import re
 import threading
 import time
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -210,8 +210,14 @@ class Directory:
             order = {source: index for index, source in enumerate(self._known)}
         return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
 
-    def limits(self, sources: Sequence[values.Source], timeout: float) -> Dict[str, Any]:
+    def limits(
+        self, sources: Sequence[values.Source], timeout: float, thing: Collection[values.Source] = ()
+    ) -> Dict[str, Any]:
         """The limits of sources that `solve` takes; their owners are asked if that was long ago.
+
+        Args:
+            timeout: how long to wait for what they say, in seconds.
+            thing: the sources of the whole thing that is to change, if what is `own` of it is to change first.
 
         Returns:
             The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` if owners say some.
@@ -222,13 +228,33 @@ class Directory:
             'bounds': {source: (place.minimum, place.maximum) for source, place in known},
             'read_only': [source for source, place in known if place.is_fixed],
         }
-        ranks = {source: place.location.rank for source, place in known if place.location.rank}
-        if ranks:
+        ranks = self.ranks(sources, thing)
+        if any(ranks.values()):
             limits['rank'] = ranks
         weights = {source: place.location.weight for source, place in known if place.location.weight}
         if weights:
             limits['weights'] = weights
         return limits
+
+    def ranks(
+        self, sources: Collection[values.Source], thing: Collection[values.Source] = ()
+    ) -> Dict[values.Source, int]:
+        """How willingly sources change, as far as known: 0 first. What is `own` of a thing comes before all others."""
+        own = self.own(thing)
+        known = ((source, self.of(source)) for source in sources)
+        ranks = {source: 0 if place is None else place.location.rank for source, place in known}
+        return {source: 0 if source in own else rank + 1 for source, rank in ranks.items()} if own else ranks
+
+    def own(self, thing: Collection[values.Source]) -> List[values.Source]:
+        """What a thing has for itself, of all sources of it: if a single row of a table is among them, as of a list of
+        waypoints, it is one of several things, and the numbers of the row are its own."""
+        rows: Dict[Tuple[str, str], Dict[str, List[Place]]] = {}
+        for place in filter(None, map(self.of, thing)):
+            row = place.location.row
+            if row:
+                rows.setdefault((place.node, row.rpartition('[')[0]), {}).setdefault(row, []).append(place)
+        single = [place for found in rows.values() if len(found) == 1 for row in found.values() for place in row]
+        return [place.source for place in single if not place.is_fixed and place.location.rank < SHAPE_RANK]
 
     def learn(self, sources: Iterable[values.Source], timeout: float = TIMEOUT, age: float = float('inf')) -> None:
         """Ask the owners of sources that are not known yet, or whose answer is older than `age` seconds."""

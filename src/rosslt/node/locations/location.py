@@ -38,6 +38,7 @@ class Location:
         read_only: True if no change is taken.
         weight: how hard it is to move, against 1.0 of others; None if nobody has said it.
         rank: how willingly it is changed if several locations could be: 0 first.
+        row: the row of a table that it is in, its index in brackets at the end; '' if it is in none.
         unsaved: why its value cannot be written where the code says it; '' if it can.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
@@ -63,6 +64,7 @@ class Location:
         'turn',
     )
     rank = 0
+    row = ''
     unsaved = ''
 
     def __init__(
@@ -304,11 +306,11 @@ class ParameterLocation(HeldLocation):
             follow.
     """
 
-    __slots__ = ('unsaved', '_defaults', 'staying')
+    __slots__ = ('row', 'unsaved', '_defaults', 'staying')
 
     def __init__(self, name: str, site: CallSite, value: Scalar, defaults: Defaults) -> None:
         super().__init__(name, name, site, value)
-        self.unsaved = ''
+        self.row = self.unsaved = ''
         self.staying: List[Any] = []
         self._defaults = defaults
 

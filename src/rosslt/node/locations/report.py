@@ -54,6 +54,7 @@ def described(location: Location, is_locked: bool = False, at_next_start: str = 
         remembered=location.remembered,
         weight=location.weight or 0.0,
         rank=location.rank,
+        row=location.row,
     )
 
 

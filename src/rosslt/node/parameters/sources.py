@@ -212,6 +212,11 @@ class ReadParameters:
             elif name not in unwritten and (type(value) is not location.type or value != location.value):
                 has_other_types = has_other_types or type(value) is not location.type
                 changes.append((location, location.value, value))
+        for key in self._asked:
+            tree = part_of(known, key)
+            for name, row in _rows(key, self._defaults.get(key) if tree is None else tree):
+                if name in self._present:
+                    self._present[name].row = row
         _put(changes)
         if self._owner.name:
             self._owner.applied([change for change in changes if change[1] != change[2]], REQUESTER)
@@ -349,6 +354,29 @@ def _leafwise(name: str, value: Tree, function: Callable[[str, Any], Any]) -> An
         is_name = isinstance(key, str) and key and '/' not in key
         found[key] = _leafwise(f'{name}/{key}' if is_name else f'{name}//{key}', part, function)
     return found
+
+
+def _rows(name: str, value: Tree, row: str = '') -> Iterator[Tuple[str, str]]:
+    """(name of a scalar, the row of a table that it is in); the row is '' if there is none.
+
+    A table is a list or dict of several lists or dicts that are alike; of tables of tables, the inner ones count.
+    """
+    if not isinstance(value, (list, dict)):
+        yield name, row
+        return
+    parts = list(value.items() if isinstance(value, dict) else enumerate(value))
+    shapes = {_shape(part) for _, part in parts}
+    is_table = len(parts) > 1 and len(shapes) == 1 and isinstance(parts[0][1], (list, dict))
+    for number, (step, part) in enumerate(parts):
+        yield from _rows(f'{name}/{step}', part, f'{name}[{number}]' if is_table else row)
+
+
+def _shape(value: Tree) -> Tuple[Any, ...]:
+    if isinstance(value, list):
+        return tuple(map(_shape, value))
+    if isinstance(value, dict):
+        return tuple((key, _shape(part)) for key, part in sorted(value.items(), key=str))
+    return (isinstance(value, (int, float)),)
 
 
 def _can_be_sent(value: object) -> bool:

@@ -1,0 +1,59 @@
+"""The tables of a program: lists, tuples and dictionaries of several rows that are alike, as waypoints.
+
+What is computed from a single row of a table is one of several things, and the row has what is its own.
+"""
+
+import ast
+from typing import Any, Dict, List, Tuple
+
+_Shape = Tuple[Any, ...]
+_NUMBER: _Shape = ('number',)
+_OTHER: _Shape = ('other',)
+
+
+def rows_of_literals(tree: ast.AST) -> Dict[int, str]:
+    """{id of a number literal: the row that it is in}, `12:9[1]` for row 1 of the table at line 12 and column 9.
+
+    A row is a list, a tuple, a dictionary or a call with a number in it. Of tables of tables, the rows are those of the
+    inner ones. Literals in no table are left out.
+    """
+    found: Dict[int, str] = {}
+    for node in ast.walk(tree):  # from the outside inward
+        for number, row in enumerate(_rows(node)):
+            where = f'{node.lineno}:{node.col_offset + 1}[{number}]'  # type: ignore[attr-defined]
+            found.update({id(part): where for part in ast.walk(row)})
+    return found
+
+
+def _rows(node: ast.AST) -> List[ast.expr]:
+    """The rows of a table; none if it is anything else."""
+    if isinstance(node, (ast.List, ast.Tuple)):
+        rows = node.elts
+    elif isinstance(node, ast.Dict):
+        rows = node.values
+    else:
+        return []
+    shapes = set(map(_shape, rows))
+    is_table = len(rows) > 1 and len(shapes) == 1 and _NUMBER not in shapes and _has_number(shapes.pop())
+    return rows if is_table else []
+
+
+def _shape(node: ast.AST) -> _Shape:
+    """What rows that are alike have in common."""
+    if isinstance(node, ast.UnaryOp):
+        return _shape(node.operand)
+    if isinstance(node, ast.Constant):
+        return _NUMBER if type(node.value) in (int, float) else _OTHER
+    if isinstance(node, (ast.List, ast.Tuple)):
+        return ('list', *map(_shape, node.elts))
+    if isinstance(node, ast.Dict):
+        keys = tuple([getattr(key, 'value', None) for key in node.keys])
+        return ('dict', keys, *map(_shape, node.values))
+    if isinstance(node, ast.Call):
+        keywords = [(keyword.arg, _shape(keyword.value)) for keyword in node.keywords]
+        return ('call', ast.dump(node.func), *map(_shape, node.args), *keywords)
+    return _OTHER
+
+
+def _has_number(shape: _Shape) -> bool:
+    return shape == _NUMBER or any(_has_number(part) for part in shape if isinstance(part, tuple))
