@@ -205,7 +205,7 @@ class Pair:
 
     def __init__(self):
         self.said = {'plain': [], 'tracked': []}
-        self._time = 1000 * 10**9
+        self._moments = 1
         rospy.set_param('/use_sim_time', True)
         self._clock = rospy.Publisher('/clock', Clock, latch=True, queue_size=1)
         self._heard = [
@@ -215,7 +215,7 @@ class Pair:
         self._publish()
 
     def _publish(self):
-        self._clock.publish(Clock(clock=rospy.Time(*divmod(self._time, 10**9))))
+        self._clock.publish(Clock(clock=rospy.Time(*divmod(1000 * 10**9 + self._moments * 10**8, 10**9))))
 
     def rounds(self, last):
         """Have both nodes go on until the round of that number."""
@@ -225,9 +225,8 @@ class Pair:
 
         def tick():
             # Both do a round at each moment, the first one included; while one has yet to do it, time stands still.
-            plain, tracked = map(len, self.said.values())
-            if plain == tracked > 0 and not is_there():
-                self._time += 10**8
+            if all(len(said) == self._moments for said in self.said.values()) and not is_there():
+                self._moments += 1
                 self._publish()
             return is_there()
 

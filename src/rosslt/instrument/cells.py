@@ -2,7 +2,7 @@
 
 A cell holds a tracked number from the start, long before there is a node. What it comes from is looked up when somebody
 wants to know it for the first time: when it is in a message that is sent. Only then its location is made known, so that
-literals that reach nothing cost nothing.
+literals that reach nothing cost nothing; one that an earlier run has changed is known from the start.
 """
 
 import functools
@@ -177,6 +177,15 @@ class Cells(list):
                     if number not in self.locations:
                         self[number] = self._reading(number)
 
+    def take_over(self) -> None:
+        """Make those known that begin with what an earlier run has left, if there is a node.
+
+        It is done before the code goes on: the first message has what was left.
+        """
+        for number, literal in enumerate(self.literals if node.is_started() else []):
+            if node.has_kept(_names(literal), literal.identity):
+                self.location(number)
+
     def make_known(self, verdicts: Collection[str] = (NUMBER, WHOLE)) -> None:
         """Make the locations of numbers known: those that a person would change, or those with other verdicts."""
         for number, literal in enumerate(self.literals):
@@ -192,11 +201,7 @@ class Cells(list):
     def _origin(self, number: int, value: object) -> Any:
         """Return the origin of the number in a cell, for `values.lazy`."""
         location = self.location(number)
-        if location is None:
-            return ()
-        if location.keeps is None:
-            _undecided.append(location)
-        return location.origin(value)
+        return () if location is None else location.origin(value)
 
     def location(self, number: int) -> 'Optional[CellLocation]':
         """The location of a cell, made known if it is not; None if there is no node."""
@@ -295,7 +300,7 @@ class CellLocation(node.LiteralLocation):
         site = node.CallSite(literal.file, literal.line, literal.column, linecache.getline(literal.file, literal.line))
         super().__init__(
             literal.identity,
-            '_'.join(_words(literal)),
+            _names(literal)[0],
             site,
             literal.value,
             minimum=literal.minimum,
@@ -308,9 +313,8 @@ class CellLocation(node.LiteralLocation):
 
     def make_known(self) -> None:
         """Have it listed and changed; if its name is taken, it gets a different one."""
-        literal = self.cells.literals[self.number]
-        for more in ((), (str(literal.line), str(literal.column)), (str(self.id),)):
-            self.name = '_'.join((*_words(literal), *more))
+        for name in _names(self.cells.literals[self.number]):
+            self.name = name
             try:
                 node.add_literal(self)
                 return
@@ -334,6 +338,8 @@ class CellLocation(node.LiteralLocation):
 
     def origin(self, value: object) -> Any:
         """Return the origin of the number that the code reads, for `values.lazy`."""
+        if self.keeps is None:
+            _undecided.append(self)
         source = values.track(self.type(value), self.source)
         # An int that may become a float: its provenance must hold for floats.
         return source if self.type is type(value) else values.widened(source)
@@ -355,6 +361,12 @@ class CellLocation(node.LiteralLocation):
 
     def _retype(self, kind: type) -> None:
         self.type, self._value = kind, kind(self._value)
+
+
+def _names(literal: Literal) -> List[str]:
+    """Return the names that a literal may get, each if those before are taken."""
+    name = '_'.join(_words(literal))
+    return [name, f'{name}_{literal.line}_{literal.column}', f'{name}_{node.location_id(literal.identity)}']
 
 
 def _words(literal: Literal) -> Tuple[str, ...]:

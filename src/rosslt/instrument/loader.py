@@ -123,6 +123,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     node.include_file(names['__file__'])
     path = os.path.realpath(path)
     names[CELLS] = cells.cells_of(path, made.literals, made.digest, names['__name__'] == '__main__')
+    names[CELLS].take_over()
     reloading.watch(path)
     # A function of the module may be called with other globals.
     found = vars(builtins)

@@ -138,6 +138,7 @@ def init_node(*args: object, **kwds: object) -> None:
     node.make_all_known_with(lambda: _make_known((NUMBER, WHOLE, FORM)))
     for cells in loaded_files():
         cells.renew()
+        cells.take_over()
     _services.append(rospy.Service('~rosslt/find_losses', srv.FindLosses, LOSSES.find))
     reloading.start()
 

@@ -12,6 +12,7 @@ from rosslt.node.api import (
     directory,
     explain,
     get_param,
+    has_kept,
     identify,
     init_node,
     is_started,
@@ -56,7 +57,7 @@ from rosslt.node.leaving import leave
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
-from rosslt.node.locations.location import HeldLocation, LiteralLocation
+from rosslt.node.locations.location import HeldLocation, LiteralLocation, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES

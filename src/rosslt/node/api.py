@@ -12,6 +12,7 @@ from typing import (
     Callable,
     Collection,
     Dict,
+    Iterable,
     Iterator,
     List,
     Optional,
@@ -258,6 +259,11 @@ def add_literal(location: LiteralLocation) -> Location:
     """
     _check_setting(location.name)
     return _owner.add_literal(location, is_written=False)
+
+
+def has_kept(names: Iterable[str], identity: str) -> bool:
+    """Return whether a literal that gets one of these names begins with the value of its parameter."""
+    return any(_owner.parameters.has_kept(name, location_id(identity)) for name in names)
 
 
 def remove_location(location: Location) -> None:

@@ -124,6 +124,11 @@ class Parameters:
             location.put(value)
             self._note_taken_over(location)
 
+    def has_kept(self, name: str, location_id: int) -> bool:
+        """Return whether a literal of that name and id begins with the value of its parameter, if that is valid."""
+        record = read_record(part_of(self._records, name))
+        return part_of(self._own, name) is not None and (len(record) != 3 or record[1] == location_id)
+
     def _kept(self, location: LiteralLocation) -> Optional[Scalar]:
         """The value of the parameter of a literal; None if it is not set or void."""
         value = part_of(self._own, location.name)
