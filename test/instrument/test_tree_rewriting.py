@@ -215,6 +215,58 @@ def test_a_state_that_starts_with_a_tracked_value_does_not_grow():
     assert not values.is_tracked(names['t'])
 
 
+STATE_MACHINE = """
+STOPS = [{{'x': 1.5, 'y': 2.5}}, {{'x': 4.5, 'y': -1.5}}]
+LIFT = 0.25
+
+
+class Patrol:
+    def __init__(self):
+        self.state = 'wait'
+        self.passed = 0.0
+
+    def wait(self, passed, lift):
+        return {handed}
+
+    def step(self):
+        handlers = {{'wait': self.wait, 'drive': self.wait}}
+        {statement}
+        return pose
+
+
+patrol = Patrol()
+for _ in range(3):
+    pose = patrol.step()
+"""
+
+
+@pytest.mark.parametrize(
+    ('handed', 'statement'),
+    [
+        ("('drive', STOPS[0]['x'])", 'self.state, pose = handlers[self.state](self.passed, LIFT)'),
+        ("('drive', (STOPS[0]['x'], 1.0))", 'self.state, (pose, self.y) = handlers[self.state](self.passed, LIFT)'),
+        ("(STOPS[0]['x'] + lift, passed + lift)", 'pose, self.passed = self.wait(self.passed, LIFT)'),
+        ('(passed + lift, lift)', 'self.passed, pose = self.wait(self.passed, 0.5)'),
+        ("(passed + lift, STOPS[1]['y'])", '[self.passed, pose] = self.wait(self.passed, LIFT)'),
+    ],
+)
+def test_what_is_assigned_beside_a_state_keeps_its_provenance(handed, statement):
+    names = run_rewritten(STATE_MACHINE.format(handed=handed, statement=statement))
+    assert values.is_tracked(names['pose'])
+    assert not values.is_tracked(names['patrol'].state)
+    assert names['patrol'].passed == 0.0 or not values.is_tracked(names['patrol'].passed)
+
+
+@pytest.mark.parametrize('statement', ['x, y = y, 0.5 * x', 'x, y = turned(x, y)'])
+def test_states_that_are_assigned_together_do_not_grow(statement):
+    names = run_rewritten(
+        f'turned = lambda x, y: (y + 0.5, 0.5 * x)\nx, y = 1.0, 2.0\nwhile True:\n    {statement}\n'
+        '    if y < 0.6: break\n    sleep = len\n    sleep("")\n'
+    )
+    assert not values.is_tracked(names['x'])
+    assert not values.is_tracked(names['y'])
+
+
 def test_lists_are_extended_in_place_where_they_are_carried_on():
     names = run_rewritten(
         'p = []\nq = p\nwhile True:\n    p += [1.5]\n    if len(p) > 2: break\n    spin = len\n    spin("")\n'

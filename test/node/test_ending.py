@@ -117,3 +117,57 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         assert rosslt('set', '/timed/gain', '0').returncode == 0
         wait_until(lambda: node.logged().count(told) == 2, 'it is taken back again')
         assert rosslt('force', '/timed/ratio/data', '4').returncode == 0, 'the timer goes on again'
+
+
+FOLLOWER = """
+    publishers = [rosslt.Publisher('~' + name, Float64, queue_size=1) for name in ('error', 'broken', 'command')]
+
+    def follow(error):
+        gain = rosslt.location(2.0, name='gain')
+        publishers[2].publish(error.data / gain)
+
+    def fail(message):
+        rosslt.location(1.0, name='other')
+        raise ValueError('as ever')
+
+    plain = rospy.Subscriber('~error', Float64, follow)
+    broken = rosslt.Subscriber('~broken', Float64, fail)
+    while not rospy.is_shutdown():
+        publishers[0].publish(1.0)
+        publishers[1].publish(1.0)
+        rospy.sleep(0.02)
+    """
+
+
+@pytest.mark.rostest
+def test_a_change_that_makes_a_callback_raise_is_taken_back(master):
+    with Node('follower', FOLLOWER) as node:
+        wait_until(lambda: '/follower/gain' in rosslt('list', '/follower').stdout, 'it follows')
+        wait_until(lambda: 'as ever' in node.logged(), 'the other callback raises')
+        assert rosslt('set', '/follower/other', '3').returncode == 0
+        code = Path(node.file).read_text(encoding='utf-8')
+        line = code[: code.index('/ gain')].count('\n') + 1
+        told = 'a callback of a Subscriber raises after a change, which is taken back: gain = 0.0 '
+        told += f'(raised at follower.py:{line})\nZeroDivisionError: float division by zero'
+        for times in (1, 2):
+            refused = rosslt('set', '/follower/gain', '0')
+            assert refused.returncode == 1
+            raised = f'/follower raises ZeroDivisionError: float division by zero (follower.py:{line}); taken back\n'
+            assert refused.stderr == 'rosslt set: ' + raised
+            assert node.logged().count(told) == times
+            assert rosgraph.Master('/test').getParam('/follower/rosslt/gain') == 2.0
+        assert rosslt('get', '/follower/other').stdout == '3.0\n', 'the callback was called with that before'
+        assert 'bad callback: <function follow at ' in node.logged(), 'rospy names the callback as it does'
+        forced = rosslt('force', '/follower/command/data', '0.25')
+        assert (forced.returncode, rosslt('get', '/follower/gain').stdout) == (0, '4.0\n'), 'the callback goes on'
+
+
+@pytest.mark.rostest
+def test_an_exception_from_before_a_change_takes_nothing_back(master):
+    with Node('failing', FOLLOWER) as node:
+        wait_until(lambda: '/failing/other' in rosslt('list', '/failing').stdout, 'it has read the number')
+        wait_until(lambda: node.logged().count('ValueError: as ever') > 1, 'the callback raises')
+        assert rosslt('set', '/failing/other', '3').returncode == 0
+        seen = node.logged().count('ValueError: as ever')
+        wait_until(lambda: node.logged().count('ValueError: as ever') > seen + 1, 'it raises again')
+        assert rosslt('get', '/failing/other').stdout == '3.0\n'

@@ -42,15 +42,20 @@ def change(
     """Change sources, all or none; returns {Source: Change(old, new)}.
 
     Raises:
-        Failure: a node refuses, or does not answer.
+        Failure: a node refuses, does not answer, or has taken the change back, as a callback of it has raised.
     """
+    request_id = node.new_request_id()
     try:
-        return node.request_values(wanted, TIMEOUT, asker=node.Requester(requester, directory))
+        changed = node.request_values(wanted, TIMEOUT, request_id, node.Requester(requester, directory))
     except node.ChangeRejected as error:
         reasons = dict.fromkeys(f'{source.node} refuses: {reason}' for source, reason in error.reasons.items())
         raise Failure('; '.join(reasons)) from None
     except node.SourceUnreachable as error:
         raise cannot_reach(master, *next(iter(error.silent.items()))) from None
+    raised = node.raised_after(request_id, {source.node for source in changed}, TIMEOUT)
+    if raised:
+        raise Failure('; '.join(f'{name} raises {what}; taken back' for name, what in raised.items()))
+    return changed
 
 
 def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:

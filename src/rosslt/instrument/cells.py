@@ -94,6 +94,17 @@ def plain(value: Any) -> Any:
     return value
 
 
+def plain_parts(parts: Any, *others: int) -> Any:
+    """What a statement unpacks to several targets, the parts for states `plain`.
+
+    Args:
+        others: the indices of the targets that are no states.
+    """
+    if type(parts) is not tuple:
+        return plain(parts)
+    return tuple([part if index in others else plain(part) for index, part in enumerate(parts)])
+
+
 def _cut_long(numbers: List[Any], depth: int = 2) -> None:
     if len(numbers) > MOST_IN_STATE:
         return

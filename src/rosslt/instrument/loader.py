@@ -26,6 +26,7 @@ from rosslt.instrument.tree_rewriting import (
     OBJECT,
     OPERATORS,
     PLAIN,
+    PLAIN_PARTS,
     ROUTE,
     ROUTE_ALL,
     SAME,
@@ -129,6 +130,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     found = vars(builtins)
     found[name_of_cells(path, made.digest)] = names[CELLS]
     found[PLAIN] = cells.plain
+    found[PLAIN_PARTS] = cells.plain_parts
     found[OBJECT] = cells.plain_object
     found[SAME] = cells.is_same
     found[ROUTE] = routing.route

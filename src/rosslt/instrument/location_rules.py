@@ -285,7 +285,7 @@ class _Judge:
                 return rule
         if isinstance(parent, ast.UnaryOp) and isinstance(parent.op, ast.Invert):
             return 'bits'
-        if parent in self._states.steps:
+        if self._states.steps.get(parent) == []:
             return 'step'
         if parent in self._states.starts and child is node:
             return 'state'

@@ -21,11 +21,12 @@ class States(NamedTuple):
     """The statements of a program that start a state, and those that step it.
 
     Attributes:
-        steps: the statements that carry a state on; the values that they assign lose their provenance.
+        steps: the statements that carry a state on; the values that they assign lose their provenance. Each with the
+            indices of the other targets that it unpacks its value to: what those get keeps its provenance.
         starts: the statements that assign a state its first value.
     """
 
-    steps: Set[ast.AST]
+    steps: Dict[ast.AST, List[int]]
     starts: Set[ast.AST]
 
 
@@ -67,7 +68,7 @@ def _root(place: str) -> str:
 def find_states(tree: ast.Module) -> States:
     """The states of a program."""
     lifetimes = Lifetimes(tree)
-    steps: Set[ast.AST] = set()
+    stepped: Dict[ast.AST, Set[str]] = {}
     starts: Set[ast.AST] = set()
     module_states: Set[str] = set()
     by_scope: List[Tuple[ast.AST, List[_Change], Set[str]]] = []
@@ -84,7 +85,7 @@ def find_states(tree: ast.Module) -> States:
         states = _carried(scope, changes, declared, lifetimes)
         for change in changes:
             if change.target in states and change.refers_to_itself:
-                steps.add(change.statement)
+                stepped.setdefault(change.statement, set()).add(change.target)
         local = {target for target in states if not target.startswith('self.') and _root(target) not in declared}
         starts.update(change.statement for change in changes if change.target in local and not change.refers_to_itself)
         module_states |= {target for target in states if _root(target) in declared}
@@ -99,7 +100,16 @@ def find_states(tree: ast.Module) -> States:
             is_global = isinstance(scope, ast.Module) or _root(change.target) in declared
             if change.target in own or (is_global and change.target in module_states):
                 starts.add(change.statement)
-    return States(steps, starts)
+    return States({statement: _others(statement, targets) for statement, targets in stepped.items()}, starts)
+
+
+def _others(statement: ast.AST, states: Set[str]) -> List[int]:
+    """The indices of the targets beside states that a statement unpacks its value to."""
+    targets = getattr(statement, 'targets', [])
+    parts = getattr(targets[0], 'elts', []) if len(targets) == 1 else []
+    if any(isinstance(part, ast.Starred) for part in parts):
+        return []
+    return [index for index, part in enumerate(parts) if _place(part) not in states]
 
 
 def _within(scope: ast.AST) -> Iterator[ast.AST]:

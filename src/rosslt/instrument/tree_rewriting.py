@@ -15,10 +15,11 @@ from rosslt.instrument.states import find_states
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
 #: The names that rewritten code finds among Python's own, whatever its globals are.
-ROUTE, ROUTE_ALL, PLAIN, OBJECT, SAME = (
+ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, OBJECT, SAME = (
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
+    '__rosslt_plain_parts__',
     '__rosslt_object__',
     '__rosslt_same__',
 )
@@ -219,7 +220,7 @@ class _Rewriter(ast.NodeTransformer):
         self,
         name: str,
         cells: Any,
-        steps: Set[ast.AST],
+        steps: Dict[ast.AST, List[int]],
         bound: Set[str],
         shared: Set[str],
         hidden: Set[str],
@@ -343,10 +344,11 @@ class _Rewriter(ast.NodeTransformer):
         return [node, *(_routed(alias.asname or alias.name, node, *_origin(node)) for alias in node.names)]
 
     def visit_Assign(self, node: ast.Assign) -> ast.AST:
-        is_step = node in self._steps
+        others = self._steps.get(node)
         self.generic_visit(node)
-        if is_step:
-            node.value = _call(PLAIN, [node.value], node.value)
+        if others is not None:
+            indices = [ast.copy_location(ast.Constant(value=index, kind=None), node.value) for index in others]
+            node.value = _call(PLAIN_PARTS if others else PLAIN, [node.value, *indices], node.value)
         return node
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:

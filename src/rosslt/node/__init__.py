@@ -34,6 +34,7 @@ from rosslt.node.change.client import (
     SourceUnreachable,
     Undone,
     force_value,
+    raised_after,
     reevaluate,
     request_values,
     undo,

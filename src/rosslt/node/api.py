@@ -93,7 +93,7 @@ def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:
 
 
 def _take_back(error: Optional[BaseException], what_ends: str) -> bool:
-    if not isinstance(error, Exception) or rospy.is_shutdown():
+    if not isinstance(error, Exception):
         return False
     return _owner.take_back_what_ends_it(error, what_ends)
 

@@ -6,6 +6,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `/rosslt/source_change`.
 """
 
+import os
 import time
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
@@ -16,10 +17,12 @@ from rosslt.messages import Scalar
 from rosslt.node import reconfigure
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change import locks
-from rosslt.node.change.commit_participant import APPLIED, CommitParticipant
+from rosslt.node.change.commit_participant import ABORTED, APPLIED, UNKNOWN, CommitParticipant
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
+from rosslt.node.change.node_errors import CALLBACK_RAISES
+from rosslt.node.change.subscriber_calls import SubscriberCalls
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.location import (
@@ -34,6 +37,7 @@ from rosslt.node.locations.location import (
 from rosslt.node.locations.report import described, why_at_next_start
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
+from rosslt.node.memory.own_code import raised_by
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.parameters.mirror import Parameters
 from rosslt.node.parameters.sources import ReadParameters
@@ -48,7 +52,7 @@ SETTINGS = Sending.NAMES | locks.SETTINGS
 #: Many locations are created together: they are published so long after the first one, in seconds.
 SETTLING = 0.2
 
-#: Changes of the last seconds are taken back if the main program raises an exception.
+#: Changes of the last seconds are taken back if the main program, a thread or a callback raises an exception.
 SUSPECT = 5.0
 
 #: The maximal number of changes that wait to be sent on `<node>/rosslt/changes`.
@@ -88,6 +92,7 @@ class Owner:
         self.make_all_known: Callable[[], None] = lambda: None
         self._on_change = Callbacks('rosslt on_change')
         self._background = Callbacks('rosslt background')
+        self._calls = SubscriberCalls(lambda error, before: self.take_back_what_ends_it(error, CALLBACK_RAISES, before))
         self._locations: Optional[rospy.Publisher] = None
         self._participant = CommitParticipant(self, self._background)
         self.change_sources = self._participant.change_sources
@@ -125,6 +130,7 @@ class Owner:
         rospy.Service('~rosslt/change_sources', srv.ChangeSources, self.change_sources)
         rospy.Subscriber('/rosslt/source_change', msg.SourceChange, self._source_change)
         self.locking.serve()
+        self._calls.watch()
         MASTER_WATCH.renewals.append(self._renew)
         MASTER_WATCH.start()
 
@@ -231,27 +237,46 @@ class Owner:
             raise Refused(f'{self.name} has no location {location_id}')
         return location
 
-    def take_back_what_ends_it(self, error: BaseException, what_ends: str) -> bool:
-        """Take back the changes of the last moments, if an exception ends the main program or a thread of it: their
-        values would be remembered, and end it at each start.
+    def take_back_what_ends_it(self, error: BaseException, what_ends: str, went_well: float = 0.0) -> bool:
+        """Take back the changes of the last moments, if an exception ends the main program or a thread of it, or
+        makes a callback useless: their values would be remembered, and do so at each start.
 
         Args:
             error: the exception.
-            what_ends: how the report begins, one of those that `NodeErrors` knows.
+            what_ends: how the report begins, one of the texts in `node_errors`.
+            went_well: a time of `time.monotonic`; if there are changes since then, those before are left.
 
         Returns:
             Whether there were any, and all are taken back.
         """
+        if rospy.is_shutdown():
+            return False
         states = []
-        for request in self.history.since(time.monotonic() - SUSPECT):
+        file, line = raised_by(error)
+        at, text = f'{os.path.basename(file)}:{line}', f'{type(error).__name__}: {error}'
+        suspects = self.history.since(time.monotonic() - SUSPECT)
+        for request in [one for one in suspects if one.at > went_well] or suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
+            if what_ends == CALLBACK_RAISES:
+                request.raised = f'{text} ({at})'
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
             states.append(answer.state)
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
-            rospy.logerr('%safter a change, which %s: %s\n%s: %s', what_ends, done, values, type(error).__name__, error)
+            rospy.logerr('%safter a change, which %s: %s (raised at %s)\n%s', what_ends, done, values, at, text)
         return set(states) == {APPLIED}
+
+    def outcome_of(self, request_id: str) -> srv.ChangeSourcesResponse:
+        """Whether this node keeps what a request has changed, once the callbacks that it calls often were called; the
+        reason is the exception that one has raised."""
+        request = self.history.last_part(request_id)
+        if request is None:
+            return srv.ChangeSourcesResponse(UNKNOWN, ['this node does not know the request'], [])
+        self._calls.wait_since(request.at, lambda: request.undone)
+        if request.undone and request.raised:
+            return srv.ChangeSourcesResponse(ABORTED, [request.raised], [])
+        return srv.ChangeSourcesResponse(APPLIED, [], [])
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
         """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""

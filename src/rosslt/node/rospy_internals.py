@@ -7,9 +7,10 @@ names and says which one is gone, so that a change of rospy is seen before a rob
 import os
 import signal
 import threading
+import time
 import weakref
 from types import FrameType
-from typing import Any, Optional, Set
+from typing import Any, Callable, Optional, Set, Tuple
 
 import rospy.core
 import rospy.impl.masterslave
@@ -54,6 +55,9 @@ connect_to_publisher = rospy.impl.masterslave.ROSHandler._connect_topic
 #: Adds an established connection to a publisher to a topic that this process subscribes to.
 add_connection = rospy.topics._SubscriberImpl.add_connection
 
+#: Calls a callback of a subscriber, and logs the exception that it raises.
+invoke_callback = rospy.topics._SubscriberImpl._invoke_callback
+
 #: {(topic, address of a publisher): held by who connects to it}.
 _TURNS: Any = weakref.WeakValueDictionary()
 _TURNS_LOCK = threading.Lock()
@@ -93,6 +97,42 @@ def mend_connecting() -> None:
     """
     rospy.impl.masterslave.ROSHandler._connect_topic = _connect_in_turn
     rospy.topics._SubscriberImpl.add_connection = _add_connection
+
+
+def watch_callbacks(called: Callable[[Tuple[str, str], float, Optional[Exception]], None]) -> None:
+    """Have this process tell of each call of a subscriber's callback. rospy catches what it raises, and only logs it.
+
+    Args:
+        called: called after each, and after rospy has logged its exception, with (the topic, what the callback is
+            called in the code), when the call began, a time of `time.monotonic`, and the exception or None.
+    """
+
+    def invoke(subscriber: Any, message: object, callback: Any, callback_args: object) -> None:
+        noting, began = _NotingCallback(callback), time.monotonic()
+        invoke_callback(subscriber, message, noting, callback_args)
+        raised, noting.raised = noting.raised, None  # whose traceback refers to noting
+        name = getattr(callback, '__qualname__', type(callback).__qualname__)
+        called((subscriber.resolved_name, name), began, raised)
+
+    rospy.topics._SubscriberImpl._invoke_callback = invoke
+
+
+class _NotingCallback:
+    """A callback, as rospy calls it and names it in its log; it notes what it raises."""
+
+    def __init__(self, callback: Callable[..., object]) -> None:
+        self._callback = callback
+        self.raised: Optional[Exception] = None
+
+    def __call__(self, *arguments: object) -> None:
+        try:
+            self._callback(*arguments)
+        except Exception as error:
+            self.raised = error
+            raise
+
+    def __str__(self) -> str:
+        return str(self._callback)
 
 
 def read_all_with(subscriber: Any, reader: Any) -> None:

@@ -26,8 +26,9 @@ from rosslt import msg, srv, values
 from rosslt.messages import Scalar
 from rosslt.node.api import started
 from rosslt.node.change.commit_coordinator import Part, commit
-from rosslt.node.change.commit_participant import APPLIED
+from rosslt.node.change.commit_participant import ABORTED, APPLIED, ASK
 from rosslt.node.change.history import NOTHING_TO_UNDO, new_request_id
+from rosslt.node.change.subscriber_calls import AWAITED
 from rosslt.node.json_scalars import Refused, from_json, to_json
 from rosslt.node.locations.directory import Directory
 from rosslt.node.service_calls import ask_all
@@ -355,6 +356,20 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     for node, why in outcome.left.items():
         reasons.setdefault(node, f'it has changed, and could not be restored: {why}')
     return Undone(outcome.changes, reasons)
+
+
+def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Dict[str, str]:
+    """{node: the exception that one of its callbacks has raised with what a request has changed, which the node has
+    taken back}; waits for the callbacks that are called often.
+
+    Args:
+        request_id: that of the request.
+        nodes: their full names.
+        timeout: for their answers once the callbacks were called, in seconds.
+    """
+    question = srv.ChangeSourcesRequest(request_id=request_id, phase=ASK)
+    answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), AWAITED + timeout)
+    return {node: '; '.join(answer.reasons) for node, answer in answers.items() if answer.state == ABORTED}
 
 
 def _refusal(reasons: Dict[values.Source, str]) -> str:

@@ -126,6 +126,8 @@ class CommitParticipant:
     def change_sources(self, request: srv.ChangeSourcesRequest) -> srv.ChangeSourcesResponse:
         """Change locations, all or none, or do one phase of it; serves `~rosslt/change_sources`."""
         _check(request)
+        if request.phase == ASK and not request.transaction_id:
+            return self._owner.outcome_of(request.request_id)
         with self._owner.lock:
             if request.phase in (AT_ONCE, PREPARE):
                 change = self._prepared(request)

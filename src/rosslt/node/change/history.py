@@ -35,9 +35,10 @@ class Request:
         at: the same, a time of `time.monotonic`.
         changes: {Location: (value before, value after)}.
         undone: True once it has been taken back.
+        raised: the exception because of which this node takes it back, '' if it does not.
     """
 
-    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone')
+    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone', 'raised')
 
     def __init__(self, request_id: str, requester: str) -> None:
         self.id = request_id
@@ -46,6 +47,7 @@ class Request:
         self.at = 0.0
         self.changes: Dict[Location, Tuple[Scalar, Scalar]] = {}
         self.undone = False
+        self.raised = ''
 
 
 class History:
@@ -116,6 +118,10 @@ class History:
     def is_taken_back(self, request_id: str) -> bool:
         """Return whether a request of that id has changed something, and all of it was taken back."""
         return bool(request_id) and {one.undone for one in self._requests if one.id == request_id} == {True}
+
+    def last_part(self, request_id: str) -> Optional[Request]:
+        """The latest part of a request, taken back or not; None if there is none."""
+        return next((one for one in reversed(self._requests) if one.id == request_id), None)
 
     def latest(self, request_id: str) -> Optional[Request]:
         """The latest part of a request that has not been taken back; None if there is none."""

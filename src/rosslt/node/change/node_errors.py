@@ -17,6 +17,9 @@ ENDS = 'the node ends '
 THREAD_ENDS = 'a thread of the node ends '
 TIMER_RAISES = 'a callback of a Timer raises '
 
+#: The same about the callback of a Subscriber, after rospy has logged BAD_CALLBACK.
+CALLBACK_RAISES = 'a callback of a Subscriber raises '
+
 #: The maximal number of kept reports.
 MOST = 100
 

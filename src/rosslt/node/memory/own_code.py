@@ -5,8 +5,9 @@ The standard library, packages installed by Debian, pip or ROS, and rosslt itsel
 
 import os
 import sysconfig
+import traceback
 from pathlib import Path
-from typing import Dict, Set
+from typing import Dict, Set, Tuple
 
 _OURS = str(Path(__file__).resolve().parents[2]) + os.sep
 #: Files that are taken for the node's own wherever they are.
@@ -42,6 +43,14 @@ def is_own_file(path: str) -> bool:
         path: its real path.
     """
     return not path.startswith((_OURS, *_FOREIGN)) and not _is_installed(path)
+
+
+def raised_by(error: BaseException) -> Tuple[str, int]:
+    """The file and the line of the node's own code that an exception came from; of any code if it passed none."""
+    passed = list(traceback.walk_tb(error.__traceback__))
+    own = [(frame, line) for frame, line in passed if is_own_module(frame.f_globals)]
+    frame, line = (own or passed)[-1]
+    return frame.f_code.co_filename, line
 
 
 def _foreign_folders() -> tuple:
