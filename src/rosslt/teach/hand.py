@@ -104,24 +104,27 @@ class Hand:
     def _move(self, step: Step) -> None:
         assert self.pose is not None
         here = self.pose[3:]
+        self._drags.keep(self._handle.name, self._name)
         axes = [axis for axis, is_free in zip(AXES, self._motions.axes) if is_free]
         if not self._motions.is_in_frame:
             axes = [rotate_vector(here, axis) for axis in axes]
         rings = [rotate_vector(ring.orientation(here), AXES[0]) for ring in self._motions.rings]
         turn = within(step.turn, rings)
-        for way, unit in ((_length(step.move), 'm'), (_length(turn), 'rad')):
-            if way > self._max_step:
-                raise Unusable(f'it leaps by {way:.3g} {unit}, more than {self._max_step:g}')
-        x, y, z = (a + b for a, b in zip(self.pose[:3], within(step.move, axes)))
+        for way, unit in ((step.move, 'm'), (turn, 'rad')):
+            if _length(way) > self._max_step:
+                raise Unusable(f'it leaps by more than {self._max_step:g} {unit}')
+        move = within(step.move, axes)
+        if any((*step.move, *step.turn)) and not any((*move, *turn)):
+            raise Unusable('the thing does not go that way, or its numbers take no change')
+        x, y, z = (a + b for a, b in zip(self.pose[:3], move))
         self.pose = x, y, z, *normalized(*product(_rotation(turn), here))
         if not self._drags.move(self._handle.name, self._handle.frame, self.pose, self._name):
             raise Unusable('the thing is not shown any more')
 
     def _warn(self, reason: str) -> None:
         """Say once, as long as it holds, why a message moves nothing."""
-        kind = ''.join(letter for letter in reason if not letter.isdigit())
-        if kind not in self._said:
-            self._said.add(kind)
+        if reason not in self._said:
+            self._said.add(reason)
             self._say(f'a message of {self._name} moves nothing: {reason}')
 
 
