@@ -185,7 +185,7 @@ class Teaching(unittest.TestCase):
         self.expect('x', 1.0 + 10 * STEP)
         rosslt('lock', '/stage/x', '--reason', 'the robot is running')
         self.play(joy, self.joy(), *[self.joy(-1.0) for _ in range(10)], self.joy(held=False))
-        self.assertRegex(teaching.wait_for('says')[-1][2], 'is locked by .*: the robot is running')
+        self.assertRegex(teaching.wait_for('says')[0][2], 'is locked by .*: the robot is running')
         self.assertAlmostEqual(value('x'), 1.0 + 10 * STEP)
 
     def test_what_is_known_to_take_no_change_is_said(self):
