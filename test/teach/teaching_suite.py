@@ -2,11 +2,13 @@
 """`rosslt teach`: a device that the test plays moves a thing of a node, by the rules of a mouse."""
 
 import math
+import os
 import shutil
 import signal
 import tempfile
 import unittest
 
+import rospkg
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Joy
@@ -42,6 +44,8 @@ STAGE = """
         rate.sleep()
     """
 
+SLT_TEACH = os.path.join(rospkg.RosPack().get_path('rosslt'), 'scripts', 'slt_teach')
+
 PERIOD = 0.02  # s between two stamps
 SPEED = 0.5  # m/s, the default
 STEP = SPEED * PERIOD
@@ -55,13 +59,14 @@ def value(name):
 class Teach:
     """`rosslt teach` in a process of its own, and what it prints."""
 
-    def __init__(self, *arguments):
-        self.output = tempfile.NamedTemporaryFile('w+b')
-        self.errors = tempfile.TemporaryFile('w+b')
-        self.process = Program(shutil.which('rosslt'), ['teach', *arguments], self.output, self.errors)
+    def __init__(self, script, *arguments):
+        self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
+        self.output = os.path.join(self.directory.name, 'output')
+        with open(self.output, 'wb') as output, open(self.output + '.errors', 'wb') as errors:
+            self.process = Program(script, arguments, output, errors)
 
     def rows(self, kind):
-        with open(self.output.name, encoding='utf-8') as file:
+        with open(self.output, encoding='utf-8') as file:
             return [row for row in (line.rstrip('\n').split('\t') for line in file) if row[0] == kind]
 
     def wait_for(self, kind, count=1):
@@ -89,7 +94,10 @@ class Teaching(unittest.TestCase):
 
     def teach(self, publisher, *arguments):
         """Have a device, the publisher of a topic, move a thing; the process that does."""
-        started = Teach(*arguments, '--by', publisher.name, '--wait', '60')
+        return self.start(publisher, shutil.which('rosslt'), 'teach', *arguments)
+
+    def start(self, publisher, *command):
+        started = Teach(*command, '--by', publisher.name, '--wait', '60')
         self.addCleanup(started.process.kill)
         wait_until(publisher.get_num_connections, lambda: 'it hears the device: ' + str(started.process.poll()))
         return started
@@ -250,11 +258,12 @@ class Teaching(unittest.TestCase):
         message.pose.orientation.z, message.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         return message
 
-    def test_a_topic_stands_for_its_only_thing(self):
+    def test_the_node_takes_a_topic_for_its_only_thing(self):
         joy = self.joystick()
-        self.teach(joy, 'place', '--axes', '1,0,2', '--speed', '0.25')
+        self.start(joy, SLT_TEACH, 'place', '--axes', '1,0,2', '--speed', '0.25', '__name:=led')
         self.play(joy, self.joy(), *[self.joy(0.0, 1.0) for _ in range(20)], self.joy(held=False))
         self.expect('a', -3.0 + 20 * 0.25 * PERIOD)
+        self.assertEqual(lines('log', '/stage')[-1][1:3], ['/led', '/stage/a'])
 
     def test_errors_say_what_there_is(self):
         joy, text = self.joystick(), self.device(String, 'text')

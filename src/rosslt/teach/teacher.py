@@ -158,13 +158,13 @@ class Teacher(Follower):
                 hand.expire(time.monotonic())
                 continue
             was_held = hand.pose is not None
+            hand.expire(arrived)
             if is_clutch:
                 pressed = arrived if clutch.holds(message) else 0.0
                 if not pressed:
                     hand.let_go()
             else:
                 hand.take(message, arrived, not has_clutch or arrived - pressed <= SILENCE)
-            hand.expire(arrived)
             if hand.pose is not None and self._name in self._there:
                 self._there[self._name] = self._there[self._name][0], hand.pose
             if was_held != (hand.pose is not None):
