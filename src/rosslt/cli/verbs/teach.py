@@ -21,9 +21,9 @@ SUMMARY = 'have a joystick, a velocity command or a tracker drag a thing'
 DESCRIPTION = """Have a device do what the mouse does in RViz: drag a thing, by the numbers behind it. DEVICE is a
 topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pressed, and a stick moves it. With a
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
-messages come, and moves as the pose does. A device that is silent for 0.2 s has let go. What is not finite, leaps, goes back in
-time or is repeated moves nothing. From taking hold to letting go, it is one change, which `rosslt undo` takes back.
-Ctrl-C lets go and ends."""
+messages come, and moves as the pose does. A device that is silent for 0.2 s has let go. What is not finite, leaps,
+goes back in time or is repeated moves nothing. From taking hold to letting go, it is one change, which `rosslt undo`
+takes back. Ctrl-C lets go and ends."""
 EXAMPLE = """\
 examples:
   rosslt teach /markers:ball:0 --by /joy
