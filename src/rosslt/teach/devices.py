@@ -1,0 +1,212 @@
+"""Devices: when the hand holds, and by how much it moves from one message to the next.
+
+To add a type of device, add a class and a row to the table DEVICES.
+"""
+
+import math
+import time
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Type
+
+import genpy
+import rosgraph
+import roslib.message
+
+from rosslt import values
+from rosslt.markers import geometry
+from rosslt.markers.geometry import Vector
+
+#: The deflection of a stick below which it is at rest, of 1.
+DEAD_ZONE = 0.1
+
+#: The period in which the master is asked for a device that is not there yet, in seconds.
+PERIOD = 0.2
+
+STILL: Vector = (0.0, 0.0, 0.0)
+
+
+class NotTaught(values.Error):
+    """There is no such thing or device, or they do not fit together."""
+
+
+class Unusable(Exception):
+    """A message that moves nothing; the text says why."""
+
+
+class Options(NamedTuple):
+    """What a user has chosen for a device.
+
+    Attributes:
+        axes: the numbers of the axes of a Joy that are x, y and z.
+        speed: that of a Joy whose stick is pushed as far as it goes, in metres per second.
+        deadman: the number of the button of a Joy that is pressed as long as the hand holds.
+        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians.
+    """
+
+    axes: Tuple[int, int, int] = (0, 1, 2)
+    speed: float = 0.5
+    deadman: int = 0
+    max_step: float = 0.1
+
+
+class Step(NamedTuple):
+    """A movement.
+
+    Attributes:
+        move: in metres.
+        turn: the axis of a rotation, as long as its angle in radians.
+    """
+
+    move: Vector
+    turn: Vector = STILL
+
+
+class Device:
+    """A device, by the type of its messages.
+
+    Args:
+        options: what a user has chosen for it.
+    """
+
+    #: Whether it can turn things.
+    turns = False
+
+    def __init__(self, options: Options) -> None:
+        self._options = options
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return whether the hand holds."""
+        raise NotImplementedError
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """All numbers that a step is made of.
+
+        Raises:
+            Unusable: the message does not have them.
+        """
+        raise NotImplementedError
+
+    def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
+        """The movement from one message to the next, so many seconds later.
+
+        Raises:
+            Unusable: they do not say it.
+        """
+        raise NotImplementedError
+
+
+class Joystick(Device):
+    """A sensor_msgs/Joy: how far a stick is pushed is a velocity, and a button that is pressed holds."""
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return whether the button is pressed; one that the joystick does not have is not."""
+        return any(message.buttons[self._options.deadman : self._options.deadman + 1])
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """The deflections of the three axes."""
+        for axis in self._options.axes:
+            if axis >= len(message.axes):
+                raise Unusable(f'it has {len(message.axes)} axes, and no axis {axis}')
+        return [message.axes[axis] for axis in self._options.axes]
+
+    def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
+        """The deflection, except near the middle, times the speed and the time."""
+        x, y, z = (0.0 if abs(one) < DEAD_ZONE else one * self._options.speed * seconds for one in self.numbers(now))
+        return Step((x, y, z))
+
+
+class Velocity(Device):
+    """A geometry_msgs/Twist: one that is not zero holds."""
+
+    turns = True
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return whether it is a movement."""
+        return any(self.numbers(message))
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """Both velocities."""
+        return [*_vector(message.linear), *_vector(message.angular)]
+
+    def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
+        """The velocity times the time."""
+        return Step(_scaled(_vector(now.linear), seconds), _scaled(_vector(now.angular), seconds))
+
+
+class Tracker(Device):
+    """A geometry_msgs/PoseStamped: the hand goes as the pose goes, and holds as long as messages come."""
+
+    turns = True
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return True: each message says where the hand is."""
+        return True
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """The pose."""
+        pose = message.pose
+        return [*_vector(pose.position), *_vector(pose.orientation), pose.orientation.w]
+
+    def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
+        """The difference of the poses."""
+        if before.header.frame_id != now.header.frame_id:
+            raise Unusable(f'it comes in the frame {now.header.frame_id!r} instead of {before.header.frame_id!r}')
+        start, end = self.numbers(before), self.numbers(now)
+        x, y, z = (b - a for a, b in zip(start[:3], end[:3]))
+        turn = geometry.product(_rotation(end), geometry.inverse(_rotation(start)))
+        return Step((x, y, z), rotation_vector(turn))
+
+
+#: The class for each type of message that a device may send.
+DEVICES: Dict[str, Type[Device]] = {
+    'geometry_msgs/PoseStamped': Tracker,
+    'geometry_msgs/Twist': Velocity,
+    'sensor_msgs/Joy': Joystick,
+}
+
+
+def device(topic: str, options: Options, timeout: float) -> Tuple[Device, Type[genpy.Message]]:
+    """The device that sends on a topic, and the class of its messages.
+
+    Args:
+        topic: its full name.
+        options: what the user has chosen.
+        timeout: how long to wait for somebody to send there, in seconds.
+
+    Raises:
+        NotTaught: there is none, or it is of a type that no device has.
+    """
+    master, end = rosgraph.Master('/rosslt_teach'), time.monotonic() + timeout
+    while True:
+        types = {name: kind for name, kind in master.getPublishedTopics('/') if kind != '*'}
+        if topic in types or time.monotonic() > end:
+            break
+        time.sleep(PERIOD)
+    if topic not in types:
+        there = sorted(name for name, kind in types.items() if kind in DEVICES)
+        raise NotTaught(f'nobody publishes {topic}; of types that a device has, there are: ' + _list(there))
+    if types[topic] not in DEVICES:
+        raise NotTaught(f'{topic} is a {types[topic]}, and no device; devices are: ' + _list(sorted(DEVICES)))
+    return DEVICES[types[topic]](options), roslib.message.get_message_class(types[topic])
+
+
+def rotation_vector(rotation: geometry.Rotation) -> Vector:
+    """The axis of a rotation, as long as its angle, which is at most half a turn."""
+    x, y, z, w = rotation if rotation[3] >= 0.0 else tuple(-part for part in rotation)
+    sine = math.sqrt(x * x + y * y + z * z)
+    return _scaled((x, y, z), 2.0 * math.atan2(sine, w) / sine) if sine else STILL
+
+
+def _rotation(numbers: Sequence[float]) -> geometry.Rotation:
+    return geometry.normalized(numbers[3], numbers[4], numbers[5], numbers[6])
+
+
+def _vector(part: Any) -> Vector:
+    return part.x, part.y, part.z
+
+
+def _scaled(vector: Vector, factor: float) -> Vector:
+    return vector[0] * factor, vector[1] * factor, vector[2] * factor
+
+
+def _list(names: List[str]) -> str:
+    return ', '.join(names) or 'none'

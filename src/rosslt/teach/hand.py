@@ -1,0 +1,161 @@
+"""The hand of a device: it takes hold of a thing, moves it by the steps of the device, and lets go."""
+
+import math
+from typing import Any, Callable, List, Optional, Sequence, Set, Tuple
+
+import genpy
+
+from rosslt.markers import Drags, Handle, Motions
+from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
+from rosslt.teach.devices import Device, Step, Unusable
+
+#: The time after which a device of which nothing is heard has let go, in seconds.
+SILENCE = 0.2
+
+#: The length below which a direction lies in the span of others.
+FLAT = 1e-6
+
+
+class Hand:
+    """A hand on one thing.
+
+    Args:
+        device: moves it.
+        drags: the hands of the scene.
+        name: whose hand it is.
+        max_step: as in Options.
+        grasp: gives the thing, the ways in which it can be moved, and where it is shown; None if it is not.
+        say: is called with what a person should know.
+
+    Attributes:
+        pose: where the hand has the thing; None if it does not hold it.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        drags: Drags,
+        name: str,
+        max_step: float,
+        grasp: Callable[[], Optional[Tuple[Handle, Motions, PoseTuple]]],
+        say: Callable[[str], None],
+    ) -> None:
+        self._device, self._drags, self._name, self._max_step = device, drags, name, max_step
+        self._grasp, self._say = grasp, say
+        self.pose: Optional[PoseTuple] = None
+        self._last: Optional[Tuple[genpy.Message, float]] = None  # the last sound message, and when it was sent
+        self._heard = -math.inf
+        self._said: Set[str] = set()
+
+    def take(self, message: genpy.Message, arrived: float, is_clutched: bool = True) -> None:
+        """Do as a message of the device says.
+
+        Args:
+            message: of the device.
+            arrived: when it came, a time of `time.monotonic`.
+            is_clutched: whether a clutch is pressed; True without one.
+        """
+        if not (is_clutched and self._device.holds(message)):
+            self.let_go()
+            self._last = None
+            return
+        try:
+            self._follow(message, arrived)
+        except Unusable as error:
+            self._warn(str(error))
+
+    def expire(self, now: float) -> None:
+        """Let go if the device has been silent; a message that is of no use is none."""
+        if now - self._heard > SILENCE:
+            self._last = None
+            if self.pose is not None:
+                self._say(f'{self._name} is silent')
+                self.let_go()
+
+    def let_go(self) -> None:
+        """Let go of the thing, if it holds it."""
+        if self.pose is not None:
+            self._drags.release(self._handle.name, self._handle.frame, self.pose, self._name)
+            self.pose = None
+            self._said.clear()
+
+    def _follow(self, message: genpy.Message, arrived: float) -> None:
+        if not all(map(math.isfinite, self._device.numbers(message))):
+            raise Unusable('a number is not finite')
+        stamp = message.header.stamp.to_sec() if hasattr(message, 'header') else 0.0
+        sent = stamp or arrived
+        if self._last is not None and sent <= self._last[1]:
+            raise Unusable('its stamp goes back' if sent < self._last[1] else 'it has been sent before')
+        last, self._last, self._heard = self._last, (message, sent), arrived
+        if self.pose is None or last is None:
+            self._take_hold()
+        else:
+            self._move(self._device.step(last[0], message, sent - last[1]))
+
+    def _take_hold(self) -> None:
+        found = self._grasp()
+        if found is None:
+            raise Unusable('the thing is not shown')
+        handle, motions, pose = found
+        if not self._drags.hold(handle.name, self._name, handle.frame, pose):
+            raise Unusable('the thing is not shown')
+        self._handle, self._motions, self.pose = handle, motions, pose
+
+    def _move(self, step: Step) -> None:
+        assert self.pose is not None
+        here = self.pose[3:]
+        self._drags.keep(self._handle.name, self._name)
+        axes = [axis for axis, is_free in zip(AXES, self._motions.axes) if is_free]
+        if not self._motions.is_in_frame:
+            axes = [rotate_vector(here, axis) for axis in axes]
+        rings = [rotate_vector(ring.orientation(here), AXES[0]) for ring in self._motions.rings]
+        turn = within(step.turn, rings)
+        for way, unit in ((step.move, 'm'), (turn, 'rad')):
+            if _length(way) > self._max_step:
+                raise Unusable(f'it leaps by more than {self._max_step:g} {unit}')
+        move = within(step.move, axes)
+        if any((*step.move, *step.turn)) and not any((*move, *turn)):
+            raise Unusable('the thing does not go that way, or its numbers take no change')
+        x, y, z = (a + b for a, b in zip(self.pose[:3], move))
+        self.pose = x, y, z, *normalized(*product(_rotation(turn), here))
+        if not self._drags.move(self._handle.name, self._handle.frame, self.pose, self._name):
+            raise Unusable('the thing is not shown any more')
+
+    def _warn(self, reason: str) -> None:
+        """Say once, as long as it holds, why a message moves nothing."""
+        if reason not in self._said:
+            self._said.add(reason)
+            self._say(f'a message of {self._name} moves nothing: {reason}')
+
+
+def within(vector: Vector, directions: Sequence[Vector]) -> Vector:
+    """The part of a vector that lies in the span of directions of length 1."""
+    base: List[Vector] = []
+    result = (0.0, 0.0, 0.0)
+    for direction in directions:
+        for other in base:
+            direction = _minus(direction, other, _dot(direction, other))
+        length = _length(direction)
+        if length > FLAT:
+            direction = direction[0] / length, direction[1] / length, direction[2] / length
+            base.append(direction)
+            result = _minus(result, direction, -_dot(vector, direction))
+    return result
+
+
+def _rotation(turn: Vector) -> Any:
+    angle = _length(turn)
+    factor = math.sin(angle / 2.0) / angle if angle else 0.0
+    return turn[0] * factor, turn[1] * factor, turn[2] * factor, math.cos(angle / 2.0)
+
+
+def _minus(vector: Vector, other: Vector, factor: float) -> Vector:
+    return vector[0] - factor * other[0], vector[1] - factor * other[1], vector[2] - factor * other[2]
+
+
+def _dot(first: Vector, second: Vector) -> float:
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+def _length(vector: Vector) -> float:
+    return math.sqrt(_dot(vector, vector))

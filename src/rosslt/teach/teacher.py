@@ -1,0 +1,202 @@
+"""A teacher: has a device move one thing of a scene, as a view has a mouse do."""
+
+import contextlib
+import functools
+import queue
+import time
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type
+
+import genpy
+import rospy
+from sensor_msgs.msg import Joy
+
+from rosslt import node, values
+from rosslt.markers import (
+    FRAME_RATE,
+    Descriptions,
+    Drags,
+    Follower,
+    Handle,
+    Motions,
+    Rules,
+    Scene,
+    Settings,
+    Watch,
+    short_numbers,
+)
+from rosslt.markers.geometry import PoseTuple
+from rosslt.teach.devices import Device, Joystick, NotTaught, Options
+from rosslt.teach.hand import SILENCE, Hand
+
+#: Shows whether the hand holds the thing, where it is, and {name: value} of its sources.
+Show = Callable[[bool, Sequence[float], Dict[str, Any]], None]
+
+#: How often sources follow, in Hz: a device that sends at 50 Hz does not wait for it.
+RATE = 100.0
+
+#: The maximal wait for messages that show the last change, at the end, in seconds.
+ENDING = 2.0
+
+
+class Teacher(Follower):
+    """A view of all that can be dragged, which draws nothing, and whose hand is a device.
+
+    All of it runs in the thread that calls `find` and `teach`; messages of the device wait in a queue.
+
+    Args:
+        say: is called with each text that stands at the thing, and with what is wrong with the device.
+    """
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        descriptions, scene = Descriptions(), Scene(Settings())
+        super().__init__(scene, descriptions)
+        self._say = say
+        self._drags = Drags(scene, Rules(rate=RATE), descriptions.name, node.NodeErrors().raised_since)
+        self._there: Dict[str, Tuple[Motions, PoseTuple]] = {}  # by name: what is shown, and where
+        self._name, self._said = '', ''
+        self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
+        Watch(scene)
+
+    # As a view.
+
+    def draw(self, handle: Handle, motions: Motions) -> None:
+        """Note how a handle can be moved, and where it is."""
+        self._there[handle.name] = motions, handle.pose
+
+    def move(self, handle: Handle) -> None:
+        """Note where a handle is."""
+        self._there[handle.name] = self._there[handle.name][0], handle.pose
+
+    def erase(self, name: str) -> None:
+        """Forget a handle."""
+        self._there.pop(name, None)
+
+    def say(self, handle: Handle, text: str) -> None:
+        """Say what stands at the thing, once as long as it stands there."""
+        if handle.name == self._name and text != self._said:
+            self._said = text
+            self._say(short_numbers(text))
+
+    # For the command.
+
+    def find(self, target: str, timeout: float, device: Device) -> str:
+        """The name of the handle that is meant.
+
+        Args:
+            target: its name, or a topic that shows one thing.
+            timeout: how long to wait for it, in seconds.
+            device: is to move it.
+
+        Raises:
+            NotTaught: there is none, there are several, or the device cannot move it.
+        """
+        end = time.monotonic() + timeout
+        found: List[str] = []
+        while not found and time.monotonic() < end and not rospy.is_shutdown():
+            self._keep_up()
+            found = self._called(target)
+            rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+        movable = ', '.join(sorted(self._movable())) or 'none'
+        if not found:
+            raise NotTaught(f'nothing that can be dragged is called {target}; there are: {movable}')
+        if len(found) > 1:
+            raise NotTaught(f'{target} shows several things: ' + ', '.join(sorted(found)))
+        if not (device.turns or any(self._there[found[0]][0].axes)):
+            raise NotTaught(f'{found[0]} can only be turned, and a {type(device).__name__} turns nothing')
+        return found[0]
+
+    def teach(
+        self,
+        name: str,
+        by: str,
+        device: Device,
+        device_class: Type[genpy.Message],
+        options: Options,
+        clutch: str,
+        show: Show,
+    ) -> None:
+        """Have a device move a thing until this process is interrupted; it has let go then.
+
+        Args:
+            name: of the handle.
+            by: the topic of the device.
+            device, device_class: as `device` gives them.
+            options: of the device, and of its clutch.
+            clutch: the topic of a Joy whose button is pressed as long as the hand holds; '' for none.
+            show: is called some thirty times a second.
+        """
+        self._name = name
+        hand = Hand(device, self._drags, by, options.max_step, functools.partial(self._grasp, name), self._say)
+        subscribers = [rospy.Subscriber(by, device_class, self._note, False, tcp_nodelay=True)]
+        if clutch:
+            subscribers.append(rospy.Subscriber(clutch, Joy, self._note, True, tcp_nodelay=True))
+        try:
+            with contextlib.suppress(KeyboardInterrupt):
+                self._obey(hand, Joystick(options), bool(clutch), show)
+        finally:
+            hand.let_go()
+            end = time.monotonic() + ENDING
+            while self._scene.is_held(name) and time.monotonic() < end and not rospy.is_shutdown():
+                rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+            for subscriber in subscribers:
+                subscriber.unregister()
+        self._keep_up()  # a refusal of the last change is said
+        self._show(hand, show)
+
+    def _obey(self, hand: Hand, clutch: Joystick, has_clutch: bool, show: Show) -> None:
+        pressed = 0.0  # when the clutch was last reported as pressed
+        due = time.monotonic()
+        while not rospy.is_shutdown():
+            now = time.monotonic()
+            if now >= due:
+                self._keep_up()
+                self._show(hand, show)
+                due = now + 1.0 / FRAME_RATE
+            try:
+                is_clutch, message, arrived = self._messages.get(timeout=max(due - now, 0.0))
+            except queue.Empty:
+                hand.expire(time.monotonic())
+                continue
+            was_held = hand.pose is not None
+            hand.expire(arrived)
+            if is_clutch:
+                pressed = arrived if clutch.holds(message) else 0.0
+                if not pressed:
+                    hand.let_go()
+            else:
+                hand.take(message, arrived, not has_clutch or arrived - pressed <= SILENCE)
+            if hand.pose is not None and self._name in self._there:
+                self._there[self._name] = self._there[self._name][0], hand.pose
+            if was_held != (hand.pose is not None):
+                self._show(hand, show)
+
+    def _show(self, hand: Hand, show: Show) -> None:
+        handle = self._scene.handle(self._name)
+        place = hand.pose or (self._there[self._name][1] if self._name in self._there else ())
+        sources = values.source_values(list(handle.tracked)) if handle is not None else {}
+        show(hand.pose is not None, place[:3], {self._descriptions.name(one): value for one, value in sources.items()})
+
+    def _note(self, message: genpy.Message, is_clutch: bool) -> None:
+        self._messages.put((is_clutch, message, time.monotonic()))
+
+    def _grasp(self, name: str) -> Optional[Tuple[Handle, Motions, PoseTuple]]:
+        """A thing, how it can be moved, and where it is shown, None if it is not."""
+        self.follow()
+        self._said = ''
+        handle = self._scene.handle(name)
+        return None if handle is None or name not in self._there else (handle, *self._there[name])
+
+    def _keep_up(self) -> None:
+        self._scene.expire()
+        self.follow()
+
+    def _movable(self) -> List[str]:
+        return [name for name, (motions, _) in self._there.items() if motions.are_any]
+
+    def _called(self, target: str) -> List[str]:
+        """The names of the handles that may be meant: of a thing with a body that can be moved, that one."""
+        movable = self._movable()
+        if target in movable:
+            return [target]
+        handles = {name: self._scene.handle(name) for name in movable if self._scene.origin(name)[0] == target}
+        return [name for name, one in handles.items() if one and (one.thing == name or one.thing not in handles)]

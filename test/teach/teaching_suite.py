@@ -1,0 +1,289 @@
+#!/usr/bin/env python3
+"""`rosslt teach`: a device that the test plays moves a thing of a node, by the rules of a mouse."""
+
+import math
+import os
+import shutil
+import signal
+import tempfile
+import unittest
+
+import rospkg
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from sensor_msgs.msg import Joy
+from std_msgs.msg import String
+
+from support.fork_server import Program
+from support.processes import Node, wait_until
+from support.shell import failure, lines, rosslt
+
+STAGE = """
+    from rosslt import math
+    from visualization_msgs.msg import Marker, MarkerArray
+
+    def marker(name, x, y=0.0, yaw=0.0):
+        made = Marker(ns=name, type=Marker.CUBE, action=Marker.ADD)
+        made.header.frame_id = 'world'
+        made.pose.position.x, made.pose.position.y = x, y
+        made.pose.orientation.z, made.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        made.scale.x = made.scale.y = made.scale.z = made.color.a = 1.0
+        return made
+
+    things = rosslt.Publisher('things', MarkerArray, queue_size=1)
+    place = rosslt.Publisher('place', PoseStamped, queue_size=1)
+    rate = rospy.Rate(50)
+    while not rospy.is_shutdown():
+        x, y = rosslt.location(1.0, name='x', maximum=4.0), 2.0 * rosslt.location(0.5, name='half_y')
+        things.publish([marker('box', x, y), marker('dial', 5.0, yaw=rosslt.location(0.3, name='yaw'))])
+        sent = PoseStamped()
+        sent.header.frame_id = 'world'
+        sent.pose.position.x = rosslt.location(-3.0, name='a')
+        sent.pose.orientation.w = 1.0
+        place.publish(sent)
+        rate.sleep()
+    """
+
+SLT_TEACH = os.path.join(rospkg.RosPack().get_path('rosslt'), 'scripts', 'slt_teach')
+
+PERIOD = 0.02  # s between two stamps
+SPEED = 0.5  # m/s, the default
+STEP = SPEED * PERIOD
+NEAR = 1e-3  # what a hand tells apart
+
+
+def value(name):
+    return float(rosslt('get', '/stage/' + name).stdout)
+
+
+class Teach:
+    """`rosslt teach` in a process of its own, and what it prints."""
+
+    def __init__(self, script, *arguments):
+        self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
+        self.output = os.path.join(self.directory.name, 'output')
+        with open(self.output, 'wb') as output, open(self.output + '.errors', 'wb') as errors:
+            self.process = Program(script, arguments, output, errors)
+
+    def rows(self, kind):
+        with open(self.output, encoding='utf-8') as file:
+            return [row for row in (line.rstrip('\n').split('\t') for line in file) if row[0] == kind]
+
+    def wait_for(self, kind, count=1):
+        return wait_until(lambda: len(self.rows(kind)) >= count and self.rows(kind), f'{count} times {kind}')
+
+    def stop(self, number=signal.SIGINT):
+        self.process.send_signal(number)
+        return self.process.wait(60)
+
+
+class Teaching(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.stage = Node('stage', STAGE)
+        cls.now = 100.0
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.stage.stop()
+
+    def setUp(self):
+        wait_until(lambda: rosslt('get', '/stage/yaw').returncode == 0, 'all locations are there')
+        rosslt('unlock', '/stage/x')
+        rosslt('reset', '/stage')
+
+    def teach(self, publisher, *arguments):
+        """Have a device, the publisher of a topic, move a thing; the process that does."""
+        return self.start(publisher, shutil.which('rosslt'), 'teach', *arguments)
+
+    def start(self, publisher, *command):
+        started = Teach(*command, '--by', publisher.name, '--wait', '60')
+        self.addCleanup(started.process.kill)
+        wait_until(publisher.get_num_connections, lambda: 'it hears the device: ' + str(started.process.poll()))
+        return started
+
+    def device(self, kind, name='device'):
+        """The publisher of a device, on a topic that no test has but this one."""
+        publisher = rospy.Publisher('/{}/{}'.format(self._testMethodName, name), kind, queue_size=1000)
+        self.addCleanup(publisher.unregister)
+        return publisher
+
+    def joystick(self):
+        return self.device(Joy)
+
+    def joy(self, x=0.0, y=0.0, held=True, after=PERIOD):
+        """The next message of a joystick; its stamp is so many seconds after the last one."""
+        type(self).now += after
+        message = Joy(axes=[x, y, 0.0], buttons=[int(held)])
+        message.header.stamp = rospy.Time.from_sec(self.now)
+        return message
+
+    def play(self, publisher, *messages):
+        for message in messages:
+            publisher.publish(message)
+
+    def expect(self, name, expected):
+        wait_until(
+            lambda: abs(value(name) - expected) <= NEAR, lambda: f'{name} to become {expected}; it is {value(name)}'
+        )
+
+    def test_speed_times_time_is_one_change_and_undo_takes_it_back(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        before = len(lines('log', '/stage'))
+        self.play(joy, self.joy(1.0, 1.0, held=False), self.joy(), *[self.joy(1.0, -0.5) for _ in range(50)])
+        self.play(joy, self.joy(0.05, 0.09), self.joy(held=False), self.joy(1.0, held=False))
+        ((_, name, by, *_),) = teaching.wait_for('holds')
+        self.assertEqual((name, by), ('/things:box:0', joy.name))
+        self.expect('x', 1.0 + 50 * STEP)
+        self.expect('half_y', 0.5 - 0.5 * 0.5 * 50 * STEP)
+        ((*_, x, y, _),) = teaching.wait_for('lets go')
+        self.assertAlmostEqual(float(x), 1.0 + 50 * STEP)
+        self.assertAlmostEqual(float(y), 1.0 - 0.5 * 50 * STEP)
+        news = lines('log', '/stage')[before:]
+        self.assertEqual({row[2] for row in news}, {'/stage/x', '/stage/half_y'}, news)
+        self.assertEqual(len(news), 2, 'one line for each number')
+        rosslt('undo', '/stage')
+        self.assertEqual((value('x'), value('half_y')), (1.0, 0.5))
+        self.assertEqual(teaching.stop(), 0)
+
+    def test_a_second_hold_goes_on_from_where_the_thing_was_dropped(self):
+        joy = self.joystick()
+        self.teach(joy, '/things:box:0')
+        for _ in range(3):
+            self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(10)], self.joy(held=False))
+        self.expect('x', 1.0 + 30 * STEP)
+
+    def test_a_silent_device_has_let_go(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(10)])
+        teaching.wait_for('lets go')
+        self.assertEqual([row[2] for row in teaching.rows('says')], [joy.name + ' is silent'])
+        self.expect('x', 1.0 + 10 * STEP)
+        self.play(joy, self.joy(1.0, after=100.0), self.joy(held=False))
+        teaching.wait_for('lets go', 2)
+        self.expect('x', 1.0 + 10 * STEP)
+
+    def test_nan_leaps_and_old_messages_move_nothing_and_are_told_once(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        again = self.joy(1.0)
+        bad = [self.joy(math.nan), self.joy(math.inf), self.joy(1.0, after=10.0), self.joy(1.0, after=20.0)]
+        old = self.joy(1.0, after=-5.0)
+        type(self).now += 5.0
+        self.play(joy, again, again, again, *bad, old, old, self.joy(1.0, after=PERIOD), self.joy(held=False))
+        teaching.wait_for('lets go')
+        said = [row[2].partition(': ')[2] for row in teaching.rows('says')]
+        self.assertEqual(
+            said,
+            [
+                'it has been sent before',
+                'a number is not finite',
+                'it leaps by more than 0.1 m',
+                'its stamp goes back',
+            ],
+        )
+        self.expect('x', 1.0 + STEP)
+
+    def test_a_locked_number_is_refused_with_the_reason_of_the_owner(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(10)], self.joy(held=False))
+        self.expect('x', 1.0 + 10 * STEP)
+        rosslt('lock', '/stage/x', '--reason', 'the robot is running')
+        self.play(joy, self.joy(), *[self.joy(-1.0) for _ in range(10)], self.joy(held=False))
+        self.assertRegex(teaching.wait_for('says')[0][2], 'is locked by .*: the robot is running')
+        self.assertAlmostEqual(value('x'), 1.0 + 10 * STEP)
+
+    def test_what_is_known_to_take_no_change_is_said(self):
+        rosslt('lock', '/stage/x')
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(10)], self.joy(held=False))
+        ((*_, said),) = teaching.wait_for('says')
+        self.assertIn('the thing does not go that way, or its numbers take no change', said)
+        self.assertEqual(value('x'), 1.0)
+
+    def test_a_number_stops_at_its_bound_and_it_is_said(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:box:0')
+        self.play(joy, self.joy(), *[self.joy(1.0, after=0.19) for _ in range(40)], self.joy(held=False))
+        self.expect('x', 4.0)
+        self.assertEqual(teaching.wait_for('says')[0][2], 'x is at its maximum 4.0')
+
+    def test_the_end_of_the_process_lets_go(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            joy = self.device(Joy, f'device_{number}')
+            teaching = self.teach(joy, '/things:box:0')
+            self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(10)])
+            teaching.wait_for('holds')
+            self.assertEqual(teaching.stop(number), 0)
+            ((*_, x, _, _),) = teaching.rows('lets go')
+            self.expect('x', float(x))
+
+    def test_a_twist_that_is_not_zero_moves_and_turns(self):
+        twist = self.device(Twist)
+        teaching = self.teach(twist, '/things:dial:0')
+        message = Twist()
+        message.linear.x, message.angular.z, message.angular.x = 1.0, -0.5, 0.2
+        before = value('yaw')
+        self.play(twist, Twist(), *[message] * 200, Twist())
+        teaching.wait_for('lets go')
+        wait_until(lambda: value('yaw') < before, 'it turns by the time that the messages took')
+
+    def test_a_tracker_moves_a_thing_by_its_way_since_the_hand_took_hold(self):
+        tracker = self.device(PoseStamped)
+        clutch = self.device(Joy, 'clutch')
+        teaching = self.teach(tracker, '/things:dial:0', '--clutch', clutch.name)
+        wait_until(clutch.get_num_connections, 'it hears the clutch')
+        self.play(tracker, *[self.pose(10.0, 1.0)] * 3)
+
+        def is_held():
+            clutch.publish(Joy(buttons=[1]))
+            tracker.publish(self.pose(10.0, 1.0))
+            return teaching.rows('holds')
+
+        wait_until(is_held, 'the clutch to have it hold')
+        self.play(tracker, *[self.pose(10.0 + 0.05 * n, 1.0 + 0.05 * n) for n in range(9)])
+        self.expect('yaw', 0.7)
+        self.play(clutch, Joy(buttons=[0]))
+        teaching.wait_for('lets go')
+
+    def pose(self, x, yaw):
+        message = PoseStamped()
+        type(self).now += PERIOD
+        message.header.stamp = rospy.Time.from_sec(self.now)
+        message.pose.position.x = x
+        message.pose.orientation.z, message.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        return message
+
+    def test_the_node_takes_a_topic_for_its_only_thing(self):
+        joy = self.joystick()
+        self.start(joy, SLT_TEACH, 'place', '--axes', '1,0,2', '--speed', '0.25', '__name:=led')
+        self.play(joy, self.joy(), *[self.joy(0.0, 1.0) for _ in range(20)], self.joy(held=False))
+        self.expect('a', -3.0 + 20 * 0.25 * PERIOD)
+        self.assertEqual(lines('log', '/stage')[-1][1:3], ['/led', '/stage/a'])
+
+    def test_errors_say_what_there_is(self):
+        joy, text = self.joystick(), self.device(String, 'text')
+        for arguments, expected in (
+            (
+                ['/nothing', '--by', joy.name],
+                'nothing that can be dragged is called /nothing; there are: /place, /things:',
+            ),
+            (['/things', '--by', joy.name], '/things shows several things: /things:box:0, /things:dial:0'),
+            (['/things:dial:0', '--by', joy.name], '/things:dial:0 can only be turned'),
+            (['/place', '--by', '/nobody'], 'nobody publishes /nobody; of types that a device has, there are: /'),
+            (['/place', '--by', text.name], ' is a std_msgs/String, and no device; devices are: geometry_msgs/Pose'),
+        ):
+            self.assertIn(expected, failure('teach', *arguments, '--wait', '2'))
+        for wrong in (['--axes', '0,1'], ['--speed', '0'], ['--max-step', 'nan'], ['--deadman', '-1']):
+            self.assertEqual(rosslt('teach', '/place', '--by', joy.name, *wrong).returncode, 2)
+
+
+if __name__ == '__main__':
+    import rostest
+
+    rospy.init_node('teaching')
+    rostest.rosrun('rosslt', 'teaching', '__main__')
