@@ -1,5 +1,6 @@
 """Random programs: the numbers are NumPy's to the bit, and other source values give what the program gives of them."""
 
+import itertools
 import os
 
 import pytest
@@ -16,8 +17,21 @@ COUNT = int(os.environ.get('ROSSLT_PROGRAMS', '20000' if os.environ.get('ROSSLT_
 PARTS = 8
 
 
-def plain_run(numbers, shapes, seed):
-    return numpy_programs.run(np, [np.reshape(part, shape) for part, shape in zip(numbers, shapes)], seed)
+def plain_run(numbers, shapes, seed, numpy=np):
+    return numpy_programs.run(numpy, [np.reshape(part, shape) for part, shape in zip(numbers, shapes)], seed)
+
+
+class Inexact:
+    """NumPy, with the results that a program goes on with off by a little."""
+
+    def __init__(self, factor):
+        self.factor = factor
+
+    def __getattr__(self, name):
+        return getattr(np, name)
+
+    def asarray(self, x):
+        return np.asarray(x) * self.factor
 
 
 def is_as(ours, theirs):
@@ -41,12 +55,16 @@ def faults_of(seed):
             made.itemset(at, track(number, source))
         arrays.append(made)
     ours, theirs = numpy_programs.run(tracked_np, arrays, seed), plain_run(numbers, shapes, seed)
-    if len(ours) != len(theirs) or not all(map(is_as, ours, theirs)):
-        yield 'numbers', ours, theirs
+    other = [(at, *pair) for at, pair in enumerate(itertools.zip_longest(ours, theirs)) if not is_as(*pair)]
+    if other:
+        yield other[0]
         return
     anew = plain_run(moved, shapes, seed)
     # How far rounding is carried: what lies between is a tie, or has no digits left.
-    near = plain_run([[number * (1 + 1e-11) for number in part] for part in moved], shapes, seed)
+    nearby = [
+        plain_run([[number * factor for number in part] for part in moved], shapes, seed, Inexact(factor))
+        for factor in (1 + 1e-11, 1 - 1e-11)
+    ]
     for at, made in enumerate(ours):
         if isinstance(made, type):
             continue
@@ -60,7 +78,8 @@ def faults_of(seed):
         except (ArithmeticError, ValueError):
             return  # a step between has no result
         # and the last digits of the present value, by which NumPy has rounded
-        allowed = 1e-7 * (1 + np.abs(anew[at])) + 1e3 * np.abs(near[at] - anew[at]) + 1e-13 * np.abs(untracked(made))
+        carried = np.nan_to_num(sum(np.abs(near[at] - anew[at]) for near in nearby), nan=0.0, posinf=np.inf)
+        allowed = 1e-7 * (1 + np.abs(anew[at])) + 1e3 * carried + 1e-13 * np.abs(untracked(made))
         if not (np.abs(found - anew[at]) <= allowed).all():
             yield at, found, anew[at]
             return
@@ -79,7 +98,7 @@ def test_program_holds_at_other_source_values(part):
 
 
 @pytest.mark.filterwarnings('ignore')
-@pytest.mark.parametrize('seed', [301281, 423112, 468046, 624010, 681194])
+@pytest.mark.parametrize('seed', [102370, 108948, 122259, 301281, 423112, 468046, 624010, 681194])
 def test_a_program_that_was_wrong_once_holds(seed):
     with np.errstate(all='ignore'):
         assert not list(faults_of(seed))

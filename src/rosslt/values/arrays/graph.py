@@ -43,7 +43,7 @@ OF_ARRAY = 8 * OF_PYTHON
 """How many operations of the compiled core take as long as one of arrays that is recorded."""
 
 NOISE = 256.0
-"""How many units in the last place of the largest element NumPy may have rounded by."""
+"""How many units in the last place of the largest element or operand NumPy may have rounded by."""
 
 SERIAL = 1 << 32
 """The code of an element is its index in a node plus so many times the serial number of that node."""
@@ -133,7 +133,7 @@ class Node:
         known: the elements once they were asked for, as `elements` gives them; None before.
     """
 
-    __slots__ = ('_rounding', 'call', 'kind', 'known', 'operands', 'shape', 'size')
+    __slots__ = ('_rounding', '_summed', 'call', 'kind', 'known', 'operands', 'shape', 'size')
 
     is_uncertain = True  # an element that is looked up may have no provenance
 
@@ -148,6 +148,7 @@ class Node:
         self.size: int = size + 1 + copied // ELEMENTS_PER_SIZE
         self.known: Any = None
         self._rounding: Optional[float] = None
+        self._summed = 0.0
 
     def __call__(self, value: Any, index: int) -> Any:
         """Give the provenance of an element, as `tracked.resolve` asks for it: that of another number is not known."""
@@ -161,11 +162,11 @@ class Node:
         return made if is_same or difference <= self._noise() else ()
 
     def _noise(self) -> float:
-        """What may be left of numbers that cancel out: if its expression gives 0, NumPy may have rounded."""
+        """What may be left of numbers that cancel out: if its expression gives 0, NumPy may have rounded, or the other
+        way round."""
         if self._rounding is None:
-            plain = [abs(one._plain) for one in self.elements() if type(one) in PYTHON_NUMBERS]
             unit = numpy.finfo(self.kind).eps if issubclass(self.kind, numpy.floating) else 0.0
-            self._rounding = float(NOISE * unit * max(filter(math.isfinite, plain), default=0.0))
+            self._rounding = float(NOISE * unit * max(_largest(self.elements()), self._summed))
         return self._rounding
 
     def elements(self) -> List[Any]:
@@ -186,6 +187,10 @@ class Node:
 
     def keep(self, elements: List[Any]) -> None:
         """Keep the elements, and drop the call and its operands."""
+        if self.call is not None:
+            self._summed = max(
+                [_largest(one.known or [] if type(one) is Node else [one]) for one in self.operands], default=0.0
+            )
         self.known = elements
         self.call, self.operands = None, ()
 
@@ -194,6 +199,12 @@ class Node:
         made = numpy.empty(len(self.elements()), object)
         made[:] = [of(element) for element in self.elements()]
         return made.reshape(self.shape)
+
+
+def _largest(numbers: Sequence[Any]) -> float:
+    """The largest size of tracked numbers that are finite; 0 if there are none."""
+    sizes = [abs(one._plain) for one in numbers if type(one) in PYTHON_NUMBERS]
+    return max(filter(math.isfinite, sizes), default=0.0)
 
 
 def replaced(x: Operand, value_of: Callable[[Operand], Any]) -> Any:
