@@ -188,7 +188,7 @@ SCALE = 1.5
 OFFSET = {'x': 0.5, 'y': 0.25}
 
 rospy.init_node('sharing')
-shelves = rospy.get_param('~shelves', [[1.0, 2.0], [30.0, 40.0]])
+shelves = rospy.get_param('~shelves', [[1.0, 2], [30.0, 40]])
 stops, rate = rospy.Publisher('sharing/stop', PointStamped, queue_size=10), rospy.Rate(20)
 shelf = rospy.Publisher('sharing/shelf', PointStamped, queue_size=10)
 at = 1
@@ -219,6 +219,9 @@ def test_what_a_target_has_for_itself_changes_first(sharing):
     both = {'/sharing/STOPS_1_x': '1.0', '/sharing/STOPS_1_y': '0.5'}
     assert changed('/sharing/stop/point', '{x: 2, y: 1, z: 0}') == both
     assert changed('/sharing/shelf/point/x', '8') == {'/sharing/~shelves/1/0': '5.0'}
+    assert changed('/sharing/shelf/point/y', '6.25') == {'/sharing/~shelves/1/1': '4'}
+    told = failure('force', '/sharing/shelf/point/y', '7')
+    assert 'whole' in told, told
 
 
 def test_what_all_targets_share_changes_where_it_is_said(sharing):
@@ -227,6 +230,6 @@ def test_what_all_targets_share_changes_where_it_is_said(sharing):
     assert changed('/sharing/stop/point', '{x: 7, y: 5.25, z: 0}', *told) == both
     rosslt('lock', '/sharing/STOPS_1_x')
     try:
-        assert changed('/sharing/stop/point/x', '8') == {'/sharing/SCALE': '1.75'}
+        assert changed('/sharing/stop/point/x', '8') == {'/sharing/OFFSET_x': '2.0'}
     finally:
         rosslt('unlock', '/sharing/STOPS_1_x')

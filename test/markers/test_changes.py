@@ -2,7 +2,7 @@
 
 import pytest
 
-from rosslt import math, node, values
+from rosslt import math, msg, node, values
 from rosslt.markers.drags import changes
 from rosslt.markers.offers import choices_of, default_sources
 
@@ -61,7 +61,7 @@ def fold(value):
 
 @pytest.fixture
 def no_limits(monkeypatch):
-    monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
 
 
 def test_a_drag_does_not_leap_from_its_first_step_on_and_comes_as_near_as_it_can(no_limits):
@@ -87,7 +87,7 @@ def test_what_cannot_be_reached_stays_as_near_as_it_was_where_the_hand_lets_go(n
 def test_a_thing_that_is_seen_at_its_bound_is_still_as_near_as_it_comes(monkeypatch):
     """The owner has followed, and a message has shown it, before the hand lets go."""
     bounds = {SHOULDER: (None, 0.5)}
-    monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': bounds, 'read_only': []})
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': bounds, 'read_only': []})
     for began in ({}, {SHOULDER: 0.0}):
         x = values.track(0.5 if began else 0.0, SHOULDER)
         plan = changes.plan([x], [100.0], began=began)
@@ -157,24 +157,27 @@ def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
 
 def test_a_source_at_its_bound_is_not_rounded_beyond_it(monkeypatch):
     bounds = {SHOULDER: (None, 2.3456789)}
-    monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout, thing=(): {'bounds': bounds, 'read_only': []})
+    monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': bounds, 'read_only': []})
     for wanted, expected in ((2.3456789, 2.3456789), (2.34567, 2.34567), (2.3421, 2.342)):
         found = changes.plan([values.track(1.0, SHOULDER)], [wanted], resolution=2e-3).after
         assert found == {SHOULDER: pytest.approx(expected, abs=1e-12)}
 
 
-def test_what_is_a_things_own_changes_alone_and_is_what_the_menu_says(monkeypatch):
+@pytest.mark.parametrize('kind', [float, int])
+def test_what_is_a_things_own_changes_alone_and_is_what_the_menu_says(no_limits, monkeypatch, kind):
     """As the row of a waypoint beside a scale and an offset that all waypoints share."""
-    x, y, scale, *offset = sources = [values.Source('/owner', number) for number in range(5)]
+    x, y, scale, *offset = [values.Source('/owner', number) for number in range(5)]
+    directory = node.Directory()
+    rows = ['f.py:3:1[1]', 'f.py:3:1[1]', '', '', '']
+    directory.take('/owner', [msg.Location(id=number, row=row) for number, row in enumerate(rows)])
+    monkeypatch.setattr(node, 'directory', lambda: directory)
     track = values.track
     at = [track(4.0, x) * track(1.5, scale) + track(0.5, offset[0])]
-    at.append(track(-3.0, y) * track(1.5, scale) + track(0.25, offset[1]))
-    ranks = {source: 0 if source in (x, y) else 1 for source in sources}
-    monkeypatch.setattr(
-        node,
-        'limits',
-        lambda _, timeout, thing: {'bounds': {}, 'read_only': [], 'rank': ranks if set(thing) == set(sources) else {}},
-    )
-    assert changes.plan(at, [9.5, -1.25], held=sources).after == {x: 6.0, y: -1.0}
-    assert default_sources(at, rank=ranks) == [x, y]
-    assert scale in default_sources(at, read_only=[x], rank=ranks)
+    at.append(track(kind(-3), y) * track(1.5, scale) + track(0.25, offset[1]))
+    found = changes.plan(at, [9.5, -1.2], thing=at, may_leap=True)
+    assert set(found.after) == {x, y}
+    assert found.after[x] == pytest.approx(6.0)
+    assert found.after[y] == pytest.approx(-1.4500000000000002 / 1.5) if kind is float else found.after[y] == -1
+    assert found.whole == ([] if kind is float else [y])
+    assert default_sources(at, directory.held(at)) == ([x, y] if kind is float else [x])
+    assert set(changes.plan(at, [9.5, -1.25], scale, thing=at, may_leap=True).after) == {scale}

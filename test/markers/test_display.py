@@ -62,8 +62,8 @@ class Known:
     def rank(self, _source):
         return 0
 
-    def ranks(self, _thing):
-        return {}
+    def held(self, _thing):
+        return []
 
     def look_up(self, sources):
         pass

@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, Quaternion
 from visualization_msgs.msg import InteractiveMarkerControl as Control
 from visualization_msgs.msg import Marker
 
-from rosslt import math, values
+from rosslt import math, node, values
 from rosslt.markers.geometry import (
     are_same_rotation,
     inverse,
@@ -23,6 +23,7 @@ from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.marker import KINDS, marker_handles
+from rosslt.markers.scene.rotations import rings_of
 from rosslt.markers.scene.scene import Scene
 
 LEAST_SIZE = 0.5
@@ -215,6 +216,14 @@ class View(Follower):
 
 def pan_tilt(pan, tilt):
     return roll_pitch_yaw(0.0, tracked(tilt, 1), tracked(pan, 2))
+
+
+def test_a_number_that_gives_a_formula_its_shape_has_no_ring():
+    """The node makes a quaternion of an angle that it has summed up."""
+    yaw, two = 0.8, tracked(2.0)
+    orientation = (0.0, 0.0, math.sin(yaw / two), math.cos(yaw / two))
+    assert rings_of(orientation, lambda _: node.SHAPE_RANK) == ()
+    assert len(rings_of(orientation, lambda _: node.SHAPE_RANK - 1)) == len(rings_of(orientation)) == 1
 
 
 def test_rings_turn_with_their_thing_without_being_drawn_anew():

@@ -141,7 +141,7 @@ def test_a_joint_beyond_its_limits_moves_back_and_no_further_out(crane):
 
 def test_a_person_is_told_of_the_limit_that_a_drag_has_met(crane, monkeypatch):
     requested = []
-    monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
+    monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(
         change_request,
         'request_values',

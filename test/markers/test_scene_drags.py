@@ -219,7 +219,7 @@ def asked(monkeypatch):
 
     monkeypatch.setattr(change_request, 'new_request_id', note_id)
     monkeypatch.setattr(change_request, 'request_values', request_values)
-    monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(node, 'reevaluate', lambda x, timeout: x)
     monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: x)
     return result
@@ -438,7 +438,7 @@ class Folded:
         self.fold, self.scene = fold, Scene(Settings())
         self.notes = Notes(self.scene)
         monkeypatch.setattr(change_request, 'request_values', self.request_values)
-        monkeypatch.setattr(node, 'limits', lambda sources, timeout, thing=(): {'bounds': {}, 'read_only': []})
+        monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
         self.show()
         self.drags = Drags(self.scene, Rules(rate=1000.0, resolution=1e-9), str)
         self.x = self.scene.handle('/boxes::0').pose[0]

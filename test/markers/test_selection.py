@@ -72,8 +72,8 @@ class Known:
     def rank(self, source):
         return source.location_id % 2
 
-    def ranks(self, thing):
-        return {}
+    def held(self, _thing):
+        return []
 
 
 class Hands(Drags):

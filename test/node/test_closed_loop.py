@@ -36,7 +36,7 @@ class Simulated:
         monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: values.reapply(x, self.present))
         self.began = dict(self.present)
 
-    def limits(self, sources, timeout, thing=()):
+    def limits(self, sources, timeout):
         return {'bounds': {}, 'read_only': []}
 
     def name_of(self, source):
@@ -74,6 +74,8 @@ class Simulated:
             (),
             {
                 'limits': self.limits,
+                'learn': lambda _, sources, timeout: None,
+                'held': lambda _, thing: [],
                 'name': staticmethod(self.name_of),
                 'at_next_start': staticmethod(lambda source: self.late.get(source, '')),
             },

@@ -72,17 +72,17 @@ def told(*rows, **fields):
 
 
 def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
-    directory, (x, y, offset) = told('f.py:3:1[1]', 'f.py:3:1[1]', '')
-    assert directory.own([x, y, offset]) == [x, y]
-    directory, (one, other, offset) = told('f.py:3:1[1]', 'f.py:3:1[0]', 'f.py:9:1[0]')
-    assert directory.own([one, other, offset]) == [offset]
-    assert directory.own([one, other]) == []
-    directory, (locked, offset) = told('f.py:3:1[1]', '', read_only=True)
-    assert directory.own([locked, offset]) == []
+    directory, (x, scale, line) = told('f.py:3:1[1]', '', '')
+    one, other = values.track(2.0, x) * values.track(3.0, scale), values.track(1.0, line)
+    assert directory.held([one, other]) == [scale]
+    assert directory.held([values.track(2.0, scale), other]) == []
+    assert directory.shared([x, scale], [x, scale]) == [scale]
+    assert directory.shared([scale, line], [scale]) == []
 
 
-def test_what_a_thing_has_for_itself_changes_first():
-    directory, (x, scale) = told('f.py:3:1[1]', '', rank=1)
-    now = 60.0
-    assert directory.limits([x, scale], now)['rank'] == {x: 1, scale: 1}
-    assert directory.limits([x, scale], now, thing=[x, scale])['rank'] == {x: 0, scale: 2}
+@pytest.mark.parametrize(
+    ('rows', 'fields'), [(('f.py:3:1[1]', 'f.py:3:1[0]'), {}), (('f.py:3:1[1]', ''), {'read_only': True})]
+)
+def test_what_comes_from_two_rows_or_from_locked_ones_holds_nothing(rows, fields):
+    directory, sources = told(*rows, **fields)
+    assert directory.held([sum(values.track(2.0, source) for source in sources)]) == []

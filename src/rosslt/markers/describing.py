@@ -1,7 +1,7 @@
 """Names of sources, and their files and lines, as people read them; and whether a drag may change them."""
 
 import os
-from typing import Any, Collection, Dict, Optional, Tuple
+from typing import Any, Collection, List, Optional, Sequence, Tuple
 
 from rosslt import node, values
 
@@ -75,9 +75,9 @@ class Descriptions:
         place = self._directory.of(source)
         return 0 if place is None else place.location.rank
 
-    def ranks(self, thing: Collection[values.Source]) -> Dict[values.Source, int]:
-        """How willingly the sources of a thing are changed, those that are its own first."""
-        return self._directory.ranks(thing, thing)
+    def held(self, thing: Sequence[Any]) -> List[values.Source]:
+        """The sources that stay if a thing changes, as of `Directory.held`."""
+        return self._directory.held(thing)
 
     def can_change(self, value: Any) -> bool:
         """True if a value has a source that takes changes, as far as known."""

@@ -1,6 +1,6 @@
 """The choices that people have for the things of a scene, in a menu of RViz or on a page, and the texts for them."""
 
-from typing import Any, Collection, List, Mapping, NamedTuple, Optional, Sequence, Set
+from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
@@ -43,8 +43,8 @@ class Offers(NamedTuple):
 
     def choices(self, handle: Handle) -> List[Choice]:
         """The sources that a drag of a thing may change, the default first."""
-        sources = values.sources(handle.tracked)
-        return choices_of(handle.tracked, self.descriptions.fixed(sources), self.descriptions.ranks(sources))
+        fixed = self.descriptions.fixed(values.sources(handle.tracked))
+        return choices_of(handle.tracked, fixed, self.descriptions.held(handle.tracked))
 
     def title(self, choice: Choice) -> str:
         """The text of a choice."""
@@ -67,11 +67,11 @@ class Offers(NamedTuple):
 def choices_of(
     tracked: Sequence[Any],
     read_only: Collection[values.Source],
-    rank: Optional[Mapping[values.Source, int]] = None,
+    held: Collection[values.Source] = (),
 ) -> List[Choice]:
-    """The choices if a drag changes tracked values, the default first."""
+    """The choices if a drag changes tracked values, the default first, which leaves what is held."""
     can = [source for source, slopes in values.slopes(list(tracked)).items() if source not in read_only and any(slopes)]
-    default = default_sources(tracked, read_only, rank) or can
+    default = default_sources(tracked, [*read_only, *held]) or can
     # Choosing a source makes a difference only if a value has several.
     others = [
         source
@@ -81,11 +81,7 @@ def choices_of(
     return [Choice(None, default)] + [Choice(source, [source]) for source in others]
 
 
-def default_sources(
-    tracked: Sequence[Any],
-    read_only: Collection[values.Source] = (),
-    rank: Optional[Mapping[values.Source, int]] = None,
-) -> List[values.Source]:
+def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:
     """The sources that a drag changes if none has been chosen, in order of appearance.
 
     Found by asking for a little change of each of the tracked values.
@@ -97,7 +93,7 @@ def default_sources(
         targets = list(map(float, numbers))
         targets[index] += NUDGE * max(1.0, abs(targets[index]))
         try:
-            found.update(values.continued(numbers, targets, present, read_only=read_only, rank=rank))
+            found.update(values.continued(numbers, targets, present, read_only=read_only))
         except values.NotInvertible:
             found.update(values.nearest(numbers, targets, read_only=read_only)[0])
     return [source for source in values.sources(tracked) if source in found]

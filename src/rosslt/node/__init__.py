@@ -47,7 +47,7 @@ from rosslt.node.change.forcing import (
     Outcome,
     force_field,
     solve_by_effect,
-    sources_of_thing,
+    tracked_of_thing,
 )
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code

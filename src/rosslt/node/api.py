@@ -10,7 +10,6 @@ from types import FrameType
 from typing import (
     Any,
     Callable,
-    Collection,
     Dict,
     Iterable,
     Iterator,
@@ -367,17 +366,14 @@ def directory() -> Directory:
     return _owner.directory
 
 
-def limits(
-    sources: Sequence[values.Source], timeout: float = 1.0, thing: Collection[values.Source] = ()
-) -> Dict[str, Any]:
+def limits(sources: Sequence[values.Source], timeout: float = 1.0) -> Dict[str, Any]:
     """The values that the owners of sources accept, as arguments of `values.solve`: `bounds` and `read_only`.
 
     Args:
         sources: Sources of any nodes.
         timeout: how long to wait for the owners' answers, in seconds.
-        thing: as in `Directory.limits`.
     """
-    return _owner.directory.limits(sources, timeout, thing)
+    return _owner.directory.limits(sources, timeout)
 
 
 def started(call: str) -> Owner:

@@ -210,7 +210,10 @@ def _planned(
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
     part = field_of(message, field)
-    limits = directory.limits(values.sources(part), TIMEOUT, node.sources_of_thing(message, field))
+    thing = node.tracked_of_thing(message, field) if chosen is None else []
+    directory.learn(values.sources(thing))
+    limits = directory.limits(values.sources(part), TIMEOUT)
+    limits['read_only'] = [*limits['read_only'], *directory.held(thing)]
     new = node.solve_by_effect(part, wanted, chosen, limits)
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import node, values
 
@@ -42,7 +42,7 @@ def plan(
     last: Optional[Mapping[values.Source, Any]] = None,
     may_leap: bool = False,
     resolution: float = 0.0,
-    held: Optional[Collection[values.Source]] = None,
+    thing: Optional[Sequence[Any]] = None,
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -57,7 +57,8 @@ def plan(
         may_leap: whether an answer that can only be reached by a jump is one, too.
         resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
             round as that allows.
-        held: the Sources of the whole thing: no others change, and its own ones first; by default any.
+        thing: the tracked numbers of the thing as the hand took hold of it: only their sources change, and unless a
+            source is chosen, not what is `held` of them; by default any.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -66,11 +67,14 @@ def plan(
     if began:
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
-    limits = node.limits(list(present), timeout, held or ())
+    limits = node.limits(list(present), timeout)
     if source is not None:
         limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
-    if held is not None:
-        limits['read_only'] = [*limits['read_only'], *(other for other in present if other not in held)]
+    if thing is not None:
+        own = values.sources(thing)
+        kept = node.directory().held(thing) if source is None else []
+        others = [other for other in present if other not in own]
+        limits['read_only'] = [*limits['read_only'], *kept, *others]
     try:
         after = values.continued(tracked, targets, here, **limits)
         return Plan(present, _rounded(after, present, tracked, resolution, limits))

@@ -316,7 +316,7 @@ class Drags:
             chosen = self.chosen.get(handle.name)
             began, resolution = drag.request.before, self._rules.resolution
             plan = changes.plan(
-                tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution, drag.held
+                tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution, drag.handle.tracked
             )
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
@@ -359,12 +359,7 @@ class Drags:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
             reasons = reasons or ['as near as possible']
-        own = node.directory().own(drag.held)
-        if own:
-            reasons += [
-                '{} moves others of its kind, too'.format(self._name_of(source))
-                for source in plan.after
-                if source not in own
-            ]
+        for source in node.directory().shared(drag.held, plan.after):
+            reasons.append(f'{self._name_of(source)} moves others of its kind, too')
         if reasons:
             self._scene.say(handle, '; '.join(reasons))

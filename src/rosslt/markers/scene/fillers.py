@@ -7,7 +7,7 @@ seen. The pose of a line that is drawn from tracked points is 0, 0, 0 and the id
 
 from typing import Any, Dict, Mapping, Sequence, TypeVar
 
-from rosslt import values
+from rosslt import node, values
 from rosslt.markers.scene.handle import RankOf, has_source
 
 Way = TypeVar('Way')
@@ -29,9 +29,10 @@ def fills(numbers: Sequence[Any], neutral: Sequence[float]) -> bool:
 def without_fillers(
     ways: Dict[values.Source, Way], present: Mapping[values.Source, Any], rank_of: RankOf
 ) -> Dict[values.Source, Way]:
-    """The ways to turn a thing, except by sources that only fill an argument.
+    """The ways to turn a thing, except by sources that only fill an argument, or give a formula its shape.
 
-    These are 0, and changed only after others of the ways, as nobody has given them a name.
+    The former are 0, and changed only after others of the ways, as nobody has given them a name. The latter are as the
+    2 in `sin(yaw / 2)`, by which a node makes a quaternion of an angle that it has summed up.
 
     Args:
         ways: of each source that turns it, the way.
@@ -39,4 +40,8 @@ def without_fillers(
         rank_of: as in `Handle.motions`.
     """
     first = min(map(rank_of, ways), default=0)
-    return {source: way for source, way in ways.items() if present[source] != 0 or rank_of(source) <= first}
+    return {
+        source: way
+        for source, way in ways.items()
+        if rank_of(source) < node.SHAPE_RANK and (present[source] != 0 or rank_of(source) <= first)
+    }

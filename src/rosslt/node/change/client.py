@@ -207,7 +207,7 @@ def solved(
     sources: Sequence[values.Source],
     timeout: float,
     solve: Callable[[Dict[str, Any]], _Solved],
-    thing: Collection[values.Source] = (),
+    thing: Sequence[Any] = (),
 ) -> _Solved:
     """The result of solving within what the owners of sources allow; if that is impossible, with those that take effect
     at the next start only; at last with read-only ones.
@@ -215,24 +215,26 @@ def solved(
     Args:
         timeout: how long to wait for what the owners say, in seconds.
         solve: called with the limits, as arguments of `values.solve`.
-        thing: as in `Directory.limits`.
+        thing: as in `Directory.held`.
 
     Raises:
         values.NotInvertible: as in `solve`.
     """
-    limits = asker.directory.limits(sources, timeout, thing)
+    asker.directory.learn(values.sources(thing), timeout)
+    limits, held = asker.directory.limits(sources, timeout), asker.directory.held(thing)
+    fixed = limits['read_only']
     try:
-        return solve(limits)
+        return solve({**limits, 'read_only': [*fixed, *held]})
     except values.NotInvertible:
-        if not limits['read_only']:
+        if not fixed:
             raise
-    refusing = [source for source in limits['read_only'] if not asker.directory.at_next_start(source)]
-    if refusing != limits['read_only']:
+    refusing = [source for source in fixed if not asker.directory.at_next_start(source)]
+    if refusing != fixed:
         with contextlib.suppress(values.NotInvertible):
-            return solve({**limits, 'read_only': refusing})
+            return solve({**limits, 'read_only': [*refusing, *held]})
     # Their owners refuse it and say why, for instance who has locked one; or one takes changes again.
     asker.directory.forget(refusing)
-    return solve({**limits, 'read_only': []})
+    return solve({**limits, 'read_only': held})
 
 
 def _by_source(changes: Mapping[str, Iterable[msg.AppliedChange]]) -> Dict[values.Source, Change]:

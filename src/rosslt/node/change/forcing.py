@@ -100,12 +100,12 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
     )
 
 
-def sources_of_thing(message: messages.Message, path: str) -> List[Source]:
-    """The sources of what a field is a part of: of all three coordinates of a point, whichever of them is meant."""
+def tracked_of_thing(message: messages.Message, path: str) -> List[Any]:
+    """The tracked numbers of what a field is a part of: all coordinates of a point, whichever of them is meant."""
     part, _ = messages.part_at(message, path)
     if isinstance(values.untracked(part), (int, float, str)):
         part, _ = messages.part_at(message, re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path))
-    return values.sources(part)
+    return [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
 
 
 def solve_by_effect(
@@ -244,7 +244,7 @@ class Forcing:
         first = self._observed(heard.message)
         if first is None:
             raise ValueError(f'the message has no field {self.path}')
-        self._of_thing = sources_of_thing(heard.message, self.path)
+        self._of_thing = tracked_of_thing(heard.message, self.path) if self.sources is None else []
         messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
         check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:

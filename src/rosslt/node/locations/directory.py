@@ -210,14 +210,8 @@ class Directory:
             order = {source: index for index, source in enumerate(self._known)}
         return sorted(sources, key=lambda source: (source.node, order.get(source, len(order)), source.location_id))
 
-    def limits(
-        self, sources: Sequence[values.Source], timeout: float, thing: Collection[values.Source] = ()
-    ) -> Dict[str, Any]:
+    def limits(self, sources: Sequence[values.Source], timeout: float) -> Dict[str, Any]:
         """The limits of sources that `solve` takes; their owners are asked if that was long ago.
-
-        Args:
-            timeout: how long to wait for what they say, in seconds.
-            thing: the sources of the whole thing that is to change, if what is `own` of it is to change first.
 
         Returns:
             The arguments `bounds` and `read_only` of `solve`, and `rank` and `weights` if owners say some.
@@ -228,33 +222,41 @@ class Directory:
             'bounds': {source: (place.minimum, place.maximum) for source, place in known},
             'read_only': [source for source, place in known if place.is_fixed],
         }
-        ranks = self.ranks(sources, thing)
-        if any(ranks.values()):
+        ranks = {source: place.location.rank for source, place in known if place.location.rank}
+        if ranks:
             limits['rank'] = ranks
         weights = {source: place.location.weight for source, place in known if place.location.weight}
         if weights:
             limits['weights'] = weights
         return limits
 
-    def ranks(
-        self, sources: Collection[values.Source], thing: Collection[values.Source] = ()
-    ) -> Dict[values.Source, int]:
-        """How willingly sources change, as far as known: 0 first. What is `own` of a thing comes before all others."""
-        own = self.own(thing)
-        known = ((source, self.of(source)) for source in sources)
-        ranks = {source: 0 if place is None else place.location.rank for source, place in known}
-        return {source: 0 if source in own else rank + 1 for source, rank in ranks.items()} if own else ranks
+    def held(self, thing: Sequence[Any]) -> List[values.Source]:
+        """What stays if a thing changes, as far as known: all else of each number that comes from what is its own.
 
-    def own(self, thing: Collection[values.Source]) -> List[values.Source]:
-        """What a thing has for itself, of all sources of it: if a single row of a table is among them, as of a list of
-        waypoints, it is one of several things, and the numbers of the row are its own."""
+        If a thing comes from a single row of a table, as of a list of waypoints, it is one of several things, and the
+        numbers of the row are its own.
+
+        Args:
+            thing: its tracked numbers.
+        """
+        single = self._single_rows(values.sources(thing))
+        own = {place.source for place in single if not place.is_fixed and place.location.rank < SHAPE_RANK}
+        concerned = [sources for sources in map(values.sources, thing) if own.intersection(sources)]
+        return [source for sources in concerned for source in sources if source not in own]
+
+    def shared(self, thing: Collection[values.Source], changed: Iterable[values.Source]) -> List[values.Source]:
+        """Those of changed sources of a thing that others of its kind come from as well, as far as known."""
+        own = [place.source for place in self._single_rows(thing)]
+        return [source for source in changed if own and source not in own]
+
+    def _single_rows(self, sources: Collection[values.Source]) -> List[Place]:
+        """The numbers of those tables of which all numbers are in one row."""
         rows: Dict[Tuple[str, str], Dict[str, List[Place]]] = {}
-        for place in filter(None, map(self.of, thing)):
+        for place in filter(None, map(self.of, sources)):
             row = place.location.row
             if row:
                 rows.setdefault((place.node, row.rpartition('[')[0]), {}).setdefault(row, []).append(place)
-        single = [place for found in rows.values() if len(found) == 1 for row in found.values() for place in row]
-        return [place.source for place in single if not place.is_fixed and place.location.rank < SHAPE_RANK]
+        return [place for found in rows.values() if len(found) == 1 for row in found.values() for place in row]
 
     def learn(self, sources: Iterable[values.Source], timeout: float = TIMEOUT, age: float = float('inf')) -> None:
         """Ask the owners of sources that are not known yet, or whose answer is older than `age` seconds."""
