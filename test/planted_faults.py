@@ -314,6 +314,14 @@ FAULTS = [
         'if is_quiet and field.widget.value is None:',
         ('test/web/test_location_inputs.py',),
     ),
+    # --- teach
+    Fault(
+        'device_that_leaps',
+        'teach/hand.py',
+        'if _length(way) > self._max_step:',
+        'if _length(way) > 1e9:',
+        suite('teaching'),
+    ),
     # --- cli
     Fault(
         'exit_code_0_in_spite_of_a_failure',
