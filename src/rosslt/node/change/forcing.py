@@ -170,7 +170,7 @@ def force_field(
         field: `pose/position/x`, `points[3].x`; '' for the whole message.
         target: plain, of the field's shape, in its unit; in a message or array None leaves a part free.
         source: change this Source alone; by default, for a number, the one that moves it most for its size, of those
-            that can.
+            that can, and of what `Directory.held` leaves.
         sources: change no other than these.
         rounds: how many times it is solved at most.
         timeout: how long to wait for the first message, and for each message that shows a change, in seconds.
