@@ -280,7 +280,8 @@ class Examination:
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
         elif not (sent.whole or sent.sampled):
-            zero = self._losses.why_zero(publisher, topic, self._types[topic].rpartition('/')[2]) if sent.is_zero else ''
+            type_ = self._types[topic].rpartition('/')[2]
+            zero = self._losses.why_zero(publisher, topic, type_) if sent.is_zero else ''
             yield Finding(NOTE, zero) if zero else Finding(FAULT, self._why_plain(topic, publisher))
         else:
             others = f' ({sent.sampled} sampled, {sent.count - sent.whole - sent.sampled} plain)'
