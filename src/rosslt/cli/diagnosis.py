@@ -259,7 +259,7 @@ class Examination:
         sources = list(
             dict.fromkeys(source for publisher in publishers for source in self._traffic.of(topic, publisher).sources)
         )
-        yield from self._of_sources(sources)
+        yield from self._of_sources(self._directory.own_first(sources))
         if sources:
             yield from self._of_display(topic)
 

@@ -417,7 +417,7 @@ class Forcing:
                 and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if has_left:
-                parts.append(comes_from(last.expression.sources, self._name))
+                parts.append(comes_from(self.asker.directory.own_first(last.expression.sources), self._name))
             elif self._loop.moves:
                 parts.append('it stood still before the change, and moves since')
             elif is_alike(self._before, last):
