@@ -231,6 +231,23 @@ def test_what_a_target_has_for_itself_is_told_first(sharing):
     assert 'it comes from /sharing/STOPS_1_x, /sharing/STOPS_1_y, /sharing/SCALE, ' in found
 
 
+@pytest.mark.parametrize(
+    ('name', 'meant'),
+    [
+        ('STOPS', 'one of STOPS_0_x, STOPS_0_y, STOPS_1_x, STOPS_1_y'),
+        ('stops[1]', 'one of STOPS_1_x, STOPS_1_y'),
+        ('STOPS[7].x', 'one of STOPS_0_x, STOPS_0_y, STOPS_1_x, STOPS_1_y'),
+        ('STOPS.1.z', 'one of STOPS_1_x, STOPS_1_y'),
+        ('STOPS[1].x', 'STOPS_1_x'),
+        ('shelves[1]', 'one of ~shelves/1/0, ~shelves/1/1'),
+        ('SCAL', 'SCALE'),
+    ],
+)
+def test_of_a_table_its_locations_are_meant(sharing, name, meant):
+    said = f'rosslt get: /sharing has no location {name} (did you mean {meant}?); see rosslt list /sharing'
+    assert failure('get', f'/sharing/{name}') == said
+
+
 def test_what_all_targets_share_changes_where_it_is_said(sharing):
     told = ('--source', 'OFFSET_x', '--source', '/sharing/OFFSET_y')
     both = {'/sharing/OFFSET_x': '1.0', '/sharing/OFFSET_y': '0.75'}
