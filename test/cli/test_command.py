@@ -15,6 +15,7 @@ from rosslt.srv import ChangeSources, ListLocations
 from rosslt.cli import verb
 from support.processes import Node, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
+from support.unmodified import Unmodified
 
 pytestmark = pytest.mark.rostest
 
@@ -118,6 +119,28 @@ class TestList:
         assert row.split() == ['radius', 'float', '2.0', '0.5', '..', '10.0', row.split()[-1]]
         assert row.endswith(os.path.basename(place(talker, "'radius'")))
         assert max(map(len, printed.splitlines())) <= 120
+
+    def test_what_has_a_name_stands_before_colours_and_factors(self, talker, tmp_path):
+        program = """
+import rospy
+from std_msgs.msg import ColorRGBA
+
+rospy.init_node('painter')
+shades, rate = rospy.Publisher('shades', ColorRGBA, queue_size=1), rospy.Rate(20)
+
+
+def shade(light):
+    return ColorRGBA(0.75, 1.5 * light, 0.25, 1.0)
+
+
+light = 0.5
+while not rospy.is_shutdown():
+    shades.publish(shade(light))
+    rate.sleep()
+"""
+        with Unmodified(tmp_path, 'painter', program):
+            wait_until(lambda: '/painter/light' in rosslt('list', '/painter').stdout, 'its numbers')
+            assert [line[2] for line in lines('list', '/painter')] == ['0.5', '0.75', '0.25', '1.0', '1.5']
 
     def test_says_which_node_does_not_answer_and_lists_the_others(self, talker):
         with Node('sleeper', "rosslt.location(1.0, name='x')\nrospy.spin()") as sleeper:

@@ -49,6 +49,15 @@ NARROW = """
     """
 
 
+SHIFTED = """
+    publisher = rosslt.Publisher('shifted', Point, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        publisher.publish(rosslt.location(-2.0, name='offset') + 1.2 * 1.833, 0.0, 0.0)
+        rate.sleep()
+    """
+
+
 LEVELS = """
     from std_msgs.msg import Float32, UInt8MultiArray
 
@@ -230,6 +239,12 @@ class TestWhatIsSeenAfterwards:
             assert on_terminal('force', '/stepped', value, *options) == said
             result = rosslt('force', '/stepped', value, *options)
             assert (result.returncode, result.stdout, result.stderr) == (0, '', 'rosslt force: ' + said)
+
+    def test_a_number_is_left_as_short_as_people_would_write_it(self, master):
+        with Node('shifter', SHIFTED):
+            wait_until(lambda: rosslt('explain', '/shifted/x').returncode == 0, 'it publishes')
+            for more in (['--dry-run'], []):  # -2.0 + (2.36 - 0.1996) is 0.1604000000000001
+                assert lines('force', '/shifted/x', '2.36', *more)[0][:3] == ['/shifter/offset', '-2.0', '0.1604']
 
     def test_a_field_of_32_bits_is_seen_as_it_rounds(self, master):
         with Node('narrow', NARROW):

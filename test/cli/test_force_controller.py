@@ -195,7 +195,7 @@ at = 1
 while not rospy.is_shutdown():
     message = PointStamped()
     message.point.x = STOPS[at]['x'] * SCALE + OFFSET['x']
-    message.point.y = STOPS[at]['y'] * SCALE + OFFSET['y']
+    message.point.y = OFFSET['y'] + SCALE * STOPS[at]['y']
     stops.publish(message)
     message = PointStamped()
     message.point.x = shelves[at][0] * SCALE + OFFSET['x']
@@ -222,6 +222,30 @@ def test_what_a_target_has_for_itself_changes_first(sharing):
     assert changed('/sharing/shelf/point/y', '6.25') == {'/sharing/~shelves/1/1': '4'}
     told = failure('force', '/sharing/shelf/point/y', '7')
     assert 'whole' in told, told
+
+
+def test_what_a_target_has_for_itself_is_told_first(sharing):
+    told = [line[3] for line in lines('explain', '/sharing/stop/point/y')]
+    assert told == ['/sharing/STOPS_1_y', '/sharing/OFFSET_y', '/sharing/SCALE']
+    found = rosslt('doctor', '/sharing/stop', '--time', '1').stdout
+    assert 'it comes from /sharing/STOPS_1_x, /sharing/STOPS_1_y, /sharing/SCALE, ' in found
+
+
+@pytest.mark.parametrize(
+    ('name', 'meant'),
+    [
+        ('STOPS', 'one of STOPS_0_x, STOPS_0_y, STOPS_1_x, STOPS_1_y'),
+        ('stops[1]', 'one of STOPS_1_x, STOPS_1_y'),
+        ('STOPS[7].x', 'one of STOPS_0_x, STOPS_0_y, STOPS_1_x, STOPS_1_y'),
+        ('STOPS.1.z', 'one of STOPS_1_x, STOPS_1_y'),
+        ('STOPS[1].x', 'STOPS_1_x'),
+        ('shelves[1]', 'one of ~shelves/1/0, ~shelves/1/1'),
+        ('SCAL', 'SCALE'),
+    ],
+)
+def test_of_a_table_its_locations_are_meant(sharing, name, meant):
+    said = f'rosslt get: /sharing has no location {name} (did you mean {meant}?); see rosslt list /sharing'
+    assert failure('get', f'/sharing/{name}') == said
 
 
 def test_what_all_targets_share_changes_where_it_is_said(sharing):

@@ -4,6 +4,7 @@ import re
 
 import pytest
 import rospy
+from geometry_msgs.msg import TwistStamped
 from rosslt.srv import FindLosses
 from std_msgs.msg import Float64, Float64MultiArray, String
 
@@ -105,7 +106,7 @@ pub = rospy.Publisher('speed', Float64, queue_size=1)
 while not rospy.is_shutdown():
     gain = 0.5
     error = rospy.get_time() if rospy.has_param('/is_far') else 0.0
-    command = Float64()
+    command = Float64(float('0.25'))
     if abs(error) >= 0.1:
         command.data = gain * error
     pub.publish(command)  # here
@@ -132,6 +133,39 @@ def test_the_doctor_says_that_a_branch_sends_constants(master, tmp_path):
         assert (kind, said.startswith(constants + 'Earlier messages had some: another branch ')) == ('fault', True), (
             said
         )
+
+
+WAITING = """
+import rospy
+from geometry_msgs.msg import TwistStamped
+rospy.init_node('waiting')
+pub = rospy.Publisher('command', TwistStamped, queue_size=1)
+speed = 0.5
+while not rospy.is_shutdown():
+    command = TwistStamped()
+    command.header.frame_id = 'base'
+    command.header.stamp = rospy.Time.now()
+    if rospy.has_param('/is_driving'):
+        command.twist.linear.x = speed
+    pub.publish(command)  # here
+    rospy.sleep(0.02)
+"""
+
+
+def test_a_command_of_zeros_is_no_fault(master, tmp_path):
+    waits = '/waiting sends TwistStamped() with no number in it now at waiting.py:12: pub.publish(command)  # here'
+    with Unmodified(tmp_path, 'waiting', WAITING.lstrip()), Listener('command', TwistStamped) as heard:
+        heard.comes(lambda message: message.header.frame_id)
+        result = command('doctor', '/command', '--time', '1')
+        assert result.stdout.splitlines() == [f'/command\tgeometry_msgs/TwistStamped\tnote\t{waits}']
+        assert result.returncode == 0
+        rospy.set_param('/is_driving', True)
+        heard.comes(lambda message: values.is_tracked(message.twist.linear.x))
+        find = rospy.ServiceProxy('/waiting/rosslt/find_losses', FindLosses)
+        wait_until(lambda: any(find(0.0).had_sources), 'the node has looked at such a message')
+        rospy.delete_param('/is_driving')
+        heard.comes(lambda message: not values.is_tracked(message.twist.linear.x))
+        assert findings('/command') == {('note', waits + '; earlier messages had sources')}
 
 
 TEXT = """

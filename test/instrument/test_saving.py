@@ -99,7 +99,9 @@ def test_what_was_dragged_is_written_where_it_was_read_and_published_again(maste
         ]
         expected = before.replace(b'radius = 2.50', b'radius = 5.00').replace(b'7.5', b'12.5')
         assert started.file.read_bytes() == expected
-        assert save('/orbit') == ''
+        again = command('save', '/orbit')
+        assert (again.returncode, again.stdout) == (0, '')
+        assert again.stderr == 'rosslt save: nothing to save: all is as the files say\n'
         started.stop()
     forget('/orbit')
     with Unmodified(tmp_path, 'orbit', expected.decode()):

@@ -78,6 +78,7 @@ def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
     assert directory.held([values.track(2.0, scale), other]) == []
     assert directory.shared([x, scale], [x, scale]) == [scale]
     assert directory.shared([scale, line], [scale]) == []
+    assert directory.own_first([scale, line, x]) == [x, scale, line]
 
 
 @pytest.mark.parametrize(
@@ -86,3 +87,8 @@ def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
 def test_what_comes_from_two_rows_or_from_locked_ones_holds_nothing(rows, fields):
     directory, sources = told(*rows, **fields)
     assert directory.held([sum(values.track(2.0, source) for source in sources)]) == []
+
+
+def test_of_several_rows_none_is_told_first():
+    directory, sources = told('', 'f.py:3:1[1]', 'f.py:3:1[0]')
+    assert directory.own_first(sources) == sources

@@ -52,6 +52,7 @@ class Stream:
         is_latched: whether the publisher is a latched one.
         fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
         is_varied: whether numbers and texts differ from message to message, as long as none has a source.
+        is_zero: whether no message has a number other than 0, the default of a field, nor a text but names of frames.
     """
 
     def __init__(self) -> None:
@@ -60,6 +61,7 @@ class Stream:
         self.is_latched = False
         self.fields: Dict[str, List[values.Source]] = {}
         self.is_varied = False
+        self.is_zero = True
         self._first: List[Any] = []
 
     def add(self, received: Heard, field: str) -> None:
@@ -72,6 +74,9 @@ class Stream:
             scalars = _scalars(received.message, field)
             self._first = scalars if not self.count else self._first
             self.is_varied = self.is_varied or scalars != self._first
+        self.is_zero = self.is_zero and not any(
+            leaf for path, leaf in values.leaves(received.message) if not path.endswith((*_NO_RESULTS, '.frame_id'))
+        )
         self.count += 1
         self.sampled += received.is_sampled
         self.whole += bool(sources) and not received.is_sampled
@@ -179,7 +184,7 @@ class Losses:
             return f'{publisher} sends it by a Publisher that `rosslt run` has not replaced: a library has made it'
         is_constant = sent.count > 1 and not sent.is_varied
         values_sent = 'the same values in each message' if is_constant else 'values'
-        at = f' at {answer.sent_at[index]}' if answer.sent_at[index] else ''
+        at = _at(answer.sent_at[index])
         why = (
             'Earlier messages had some: another branch of its code runs now, or what was received has taken their place'
             if answer.had_sources[index]
@@ -187,6 +192,19 @@ class Losses:
             'another branch of its code may compute them from a location'
         )
         return f'{publisher} sends {values_sent} without sources{at}. {why}'
+
+    def why_zero(self, publisher: str, topic: str, type_: str) -> str:
+        """Say that messages with no number but 0 come from no location, as a robot's command while it waits; '' unless
+        the node has made no plain numbers of tracked ones on their way, as far as it says."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        if answer is None or topic not in answer.topics:
+            return ''
+        index = answer.topics.index(topic)
+        if answer.files and not answer.had_sources[index]:
+            return ''
+        earlier = '; earlier messages had sources' if answer.had_sources[index] else ''
+        return f'{publisher} sends {type_}() with no number in it now{_at(answer.sent_at[index])}{earlier}'
 
     def recording_of(self, publisher: str) -> str:
         """Say what recording provenance costs a node, as a sentence; '' if it is not known, or nothing."""
@@ -197,6 +215,11 @@ class Losses:
         share = 100 * answer.recording / answer.cpu
         at = f', most of it at {"; ".join(answer.costly)}' if answer.costly else ''
         return f'recording takes {share:.0f} % of the CPU time of {publisher}{at}'
+
+
+def _at(places: str) -> str:
+    """The lines that send messages, as a part of a sentence."""
+    return f' at {places}' if places else ''
 
 
 class Examination:
@@ -236,7 +259,7 @@ class Examination:
         sources = list(
             dict.fromkeys(source for publisher in publishers for source in self._traffic.of(topic, publisher).sources)
         )
-        yield from self._of_sources(sources)
+        yield from self._of_sources(self._directory.own_first(sources))
         if sources:
             yield from self._of_display(topic)
 
@@ -257,7 +280,9 @@ class Examination:
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
         elif not (sent.whole or sent.sampled):
-            yield Finding(FAULT, self._why_plain(topic, publisher))
+            type_ = self._types[topic].rpartition('/')[2]
+            zero = self._losses.why_zero(publisher, topic, type_) if sent.is_zero else ''
+            yield Finding(NOTE, zero) if zero else Finding(FAULT, self._why_plain(topic, publisher))
         else:
             others = f' ({sent.sampled} sampled, {sent.count - sent.whole - sent.sampled} plain)'
             yield Finding(

@@ -1,5 +1,7 @@
 """Nodes and locations by their names, NODE and NODE/LOCATION, and what their owners report about them."""
 
+import itertools
+import re
 import sys
 from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
@@ -8,8 +10,9 @@ import rosgraph
 from rosslt import node, values
 from rosslt.cli.failure import Failure, did_it_begin_with, did_you_mean
 from rosslt.cli.master import TIMEOUT, full_name, problem_of, system_state, tracked_nodes
+from rosslt.cli.output import few
 from rosslt.messages import Message, Scalar
-from rosslt.node import Directory, Place
+from rosslt.node import Directory, Place, listed
 
 
 def locations_of(master: rosgraph.Master, directory: Directory, name: str) -> List[Place]:
@@ -146,8 +149,27 @@ def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
         place for place in places if place.is_called(wanted)
     ]
     if not called:
-        meant = did_you_mean(wanted, [place.local_name for place in places])
+        table = _of_table(wanted, listed({name: places}, shows_all=True)[name])
+        of_table = f' (did you mean {"one of " * (len(table) > 1)}{few(table)}?)' if table else ''
+        meant = of_table or did_you_mean(wanted, [place.local_name for place in places])
         raise Failure(f'{name} has no location {wanted}{meant}; see rosslt list {name}')
     if len(called) > 1:
         raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(str(place.source) for place in called)))
     return called[0]
+
+
+def _of_table(text: str, places: Iterable[Place]) -> List[str]:
+    """The locations of the row that a text means if it begins with the name of a table, `SHELVES[2].x`; those of all
+    rows if it has no such row."""
+    wanted = _words(text)
+    found: Dict[int, List[str]] = {}  # by how many words are the same
+    for place in places:
+        words = _words(place.local_name)
+        same = len([*itertools.takewhile(lambda both: both[0] == both[1], zip(words, wanted))])
+        if place.location.row and same >= len([*itertools.takewhile(str.isalpha, words)]):
+            found.setdefault(same, []).append(place.local_name)
+    return found[max(found)] if found else []
+
+
+def _words(name: str) -> List[str]:
+    return re.findall('[a-z]+|[0-9]+', name.lower())

@@ -79,6 +79,10 @@ class Descriptions:
         """The sources that stay if a thing changes, as of `Directory.held`."""
         return self._directory.held(thing)
 
+    def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
+        """The sources of a thing, first those that are its own, as of `Directory.own_first`."""
+        return self._directory.own_first(sources)
+
     def can_change(self, value: Any) -> bool:
         """True if a value has a source that takes changes, as far as known."""
         sources = values.sources(value)

@@ -34,7 +34,7 @@ class Details:
     def show(self, client: viser.ClientHandle, handle: Handle) -> None:
         """Show somebody the details of a thing."""
         handle = self._scene.handle(handle.name) or handle
-        name, sources = handle.name, values.sources(handle.tracked)
+        name, sources = handle.name, self._descriptions.own_first(values.sources(handle.tracked))
         explained = [node.explain(one) for one in handle.tracked]
         present = values.source_values(handle.tracked)
         choices = self._offers.choices(handle)

@@ -12,6 +12,7 @@ from rosslt.cli.output import is_terminal, limits, table, write_row
 from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.rendering import text_of
 from rosslt.cli.verb import LOOK, Argument
+from rosslt.messages import Scalar
 from rosslt.node import Directory, Heard
 
 GROUP = LOOK
@@ -74,7 +75,7 @@ def _show(received: Heard, path: str, leaf: object, directory: Directory) -> Non
     print(f'{received.topic} {path} = {text_of(leaf)}{by}')
     print('  = ' + values.explain(leaf))
     rows = []
-    for source, value in source_values(leaf).items():
+    for source, value in _readings(leaf, directory):
         place = directory.of(source)
         rows.append(
             (directory.name(source), text_of(value), limits(place) if place else '', place.file if place else '')
@@ -83,7 +84,7 @@ def _show(received: Heard, path: str, leaf: object, directory: Directory) -> Non
 
 
 def _write(received: Heard, path: str, leaf: object, directory: Directory) -> None:
-    for source, value in source_values(leaf).items():
+    for source, value in _readings(leaf, directory):
         place = directory.of(source)
         write_row(
             path,
@@ -93,3 +94,9 @@ def _write(received: Heard, path: str, leaf: object, directory: Directory) -> No
             text_of(value),
             place.file if place else '',
         )
+
+
+def _readings(leaf: object, directory: Directory) -> List[Tuple[values.Source, Scalar]]:
+    """The sources of a number, its own first, each with the value that the message has of it."""
+    present = source_values(leaf)
+    return [(source, present[source]) for source in directory.own_first(present)]

@@ -16,7 +16,9 @@ GROUP = LOOK
 SUMMARY = 'nodes and their locations'
 DESCRIPTION = """Print the nodes that have locations, and for each location its name, type, value, bounds and file,
 what the code says if the value is one of an earlier run, what takes a change at the next start only, and who has
-locked it and why. Numbers that give a formula its shape, as a divisor or a conversion of units, are left out."""
+locked it and why. Values of names, tables and parameters stand first, then numbers that stand in the code without a
+name, then terms and factors of formulas, each in the order of the code. Numbers that give a formula its shape, as a
+divisor or a conversion of units, are left out."""
 EXAMPLE = """\
 examples:
   rosslt list /talker
@@ -52,6 +54,8 @@ def run(options: argparse.Namespace) -> int:
         )
     places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
     places = listed(places, options.all or asked is not None)
+    for found in places.values():
+        found.sort(key=lambda place: place.location.rank)
     show = _show if is_terminal() else _write
     access = locks_of(places)
     for node in nodes:

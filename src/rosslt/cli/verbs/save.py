@@ -11,7 +11,7 @@ from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, write_row, write_text
+from rosslt.cli.output import is_terminal, write_note, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -81,8 +81,8 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
                 print(f'{called}: {old} -> {new}  [{edit.file}]')
             else:
                 write_row(called, old, new, edit.file)
-    if not edits and not unsaved and is_terminal():
-        print('nothing to save: all is as the files say')
+    if not edits and not unsaved:
+        write_note('save', 'nothing to save: all is as the files say')
     if unsaved:
         raise Failure('not saved: ' + '; '.join(f'{one.name} ({one.reason})' for one in unsaved))
 

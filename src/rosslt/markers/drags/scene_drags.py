@@ -327,7 +327,7 @@ class Drags:
         except values.Error as error:
             others = [source for source in values.sources(list(tracked)) if source not in drag.held]
             is_others = isinstance(error, values.NotInvertible) and others
-            return values.NotInvertible(node.comes_from(others, self._name_of)) if is_others else error
+            return values.NotInvertible(self._comes_from(others)) if is_others else error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
         drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
         self._say_how_far(drag, handle, plan, limit)
@@ -351,7 +351,10 @@ class Drags:
     def _why_left(self, drag: Drag, handle: Handle) -> str:
         """Say what a thing comes from that has nothing to do with a drag any more, '' if it has."""
         sources = values.sources(list(handle.tracked))
-        return node.comes_from(sources, self._name_of) if drag.has_left(sources) else ''
+        return self._comes_from(sources) if drag.has_left(sources) else ''
+
+    def _comes_from(self, sources: List[values.Source]) -> str:
+        return node.comes_from(node.directory().own_first(sources), self._name_of)
 
     def _say_how_far(self, drag: Drag, handle: Handle, plan: changes.Plan, limit: str) -> None:
         reasons = [wording.short_numbers(limit)] if limit else []

@@ -49,14 +49,15 @@ class Menus:
 
     def of(self, handle: Handle) -> Optional[Menu]:
         """The menu of a handle; None if nothing that it comes from takes changes."""
-        if not self._offers.descriptions.can_change(handle.tracked):
+        descriptions = self._offers.descriptions
+        if not descriptions.can_change(handle.tracked):
             return None
         choices = self._offers.choices(handle)
         chosen, title = self._offers.chosen(handle.name, choices), self._offers.title
         return Menu(
             [(title(choice), choice.source, choice.source == chosen) for choice in choices],
             self._offers.can_be_free(handle),
-            [(self._offers.descriptions.one(source), source) for source in values.sources(handle.tracked)],
+            [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
         )
 

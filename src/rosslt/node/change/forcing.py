@@ -113,7 +113,7 @@ def solve_by_effect(
 ) -> Dict[Source, Any]:
     """Solve for a part of a message as `values.solve` does. For one number, the sources that move it most for their
     size are tried first: at rest an error of a controller is almost 0, and its gain would have to be huge. For several,
-    as many change as suffice, as in a drag.
+    as many change as suffice, as in a drag. As there, what rounding has done to the numbers is taken off.
 
     Args:
         part, wanted, sources: as those of a Forcing.
@@ -127,6 +127,7 @@ def solve_by_effect(
         effects = _effects(moved, limits)
         least = min(filter(None, effects.values()), default=1.0)
         limits = {**limits, 'weights': {source: 1.0 / (effect or least) for source, effect in effects.items()}}
+        return values.continued(moved, targets, {}, sources=sources, **limits)
     return values.solve(part, wanted, sources=sources, **limits)
 
 
@@ -416,7 +417,7 @@ class Forcing:
                 and not any(messages.is_sent_as(new, reading) for reading in readings)
             ]
             if has_left:
-                parts.append(comes_from(last.expression.sources, self._name))
+                parts.append(comes_from(self.asker.directory.own_first(last.expression.sources), self._name))
             elif self._loop.moves:
                 parts.append('it stood still before the change, and moves since')
             elif is_alike(self._before, last):

@@ -249,6 +249,12 @@ class Directory:
         own = [place.source for place in self._single_rows(thing)]
         return [source for source in changed if own and source not in own]
 
+    def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
+        """The sources of a thing, first those that are its own, as far as known: the numbers of a single row of a
+        table."""
+        own = [place.source for place in self._single_rows(sources)]
+        return sorted(sources, key=lambda source: source not in own)
+
     def _single_rows(self, sources: Collection[values.Source]) -> List[Place]:
         """The numbers of those tables of which all numbers are in one row."""
         rows: Dict[Tuple[str, str], Dict[str, List[Place]]] = {}
