@@ -225,7 +225,7 @@ class Dragging(unittest.TestCase):
             lambda: any(re.fullmatch(r'\[x\] base \(stage:\d+\) \(default\)', one) for one in self.titles(name)),
             lambda: 'the default; there are {}'.format(self.titles(name)),
         )
-        self.assertEqual(self.titles(name)[0], 'A drag changes (choose one):')
+        self.assertEqual(self.titles(name)[0], 'A drag changes (choose):')
         base, offset = parameter('base'), parameter('offset')
         self.hand.drag(name, dx=0.5)
         wait_until(lambda: abs(parameter('base') - base - 0.5) < NOISE, 'the default to change')
@@ -244,6 +244,39 @@ class Dragging(unittest.TestCase):
             self.assertEqual(parameter('base'), base)
             x = parameter('base') + parameter('offset')
             wait_until(lambda x=x: abs(self.hand.position(name)[0] - x) < NOISE, 'the handle to follow')
+
+    def test_a_pair_is_chosen_in_the_menu_and_changes_alone(self):
+        publisher = rosslt.Publisher('pair', MarkerArray, queue_size=1)
+        self.addCleanup(publisher.unregister)
+
+        def number(name):
+            return rosslt.location(1.0, name='pair_' + name)
+
+        def publish(_event):
+            thing = cube(number('x') + number('shift_x'), 'pair')
+            thing.pose.position.y = number('y') + number('shift_y')
+            publisher.publish([thing])
+
+        timer = rospy.Timer(rospy.Duration(1.0 / RATE), publish)
+        self.addCleanup(timer.shutdown)
+        numbers = {name: '/check_dragging/rosslt/pair_' + name for name in ('x', 'y', 'shift_x', 'shift_y')}
+
+        def present():
+            return {name: round(rospy.get_param(parameter), 3) for name, parameter in numbers.items()}
+
+        name = '/pair:pair:0'
+        self.hand.choose(name, '[ ] pair_shift_x ')
+        wait_until(lambda: any('[x] pair_shift_x ' in title for title in self.titles(name)), 'a choice')
+        self.hand.drag(name, dx=0.5, dy=0.25)
+        self.assert_note(name, 'the rest stays')
+        wait_until(
+            lambda: present() == {'x': 1.0, 'y': 1.0, 'shift_x': 1.5, 'shift_y': 1.0}, 'what is chosen to change'
+        )
+        wait_until(lambda: abs(self.hand.position(name)[1] - 2.0) < NOISE, 'the handle to go where its message has it')
+        self.hand.choose(name, '[ ] pair_shift_y ')
+        wait_until(lambda: len([one for one in self.titles(name) if '[x] pair_shift_' in one]) == 2, 'a pair')
+        self.hand.drag(name, dx=0.5, dy=0.25)
+        wait_until(lambda: present() == {'x': 1.0, 'y': 1.0, 'shift_x': 2.0, 'shift_y': 1.25}, 'the pair to change')
 
     def test_a_live_drag_is_one_change_in_the_history_of_the_owner(self):
         name = '/stage:plane:0'

@@ -6,6 +6,8 @@ import sys
 
 import rospy
 import rostest
+from geometry_msgs.msg import Point, PoseStamped
+from nav_msgs.msg import Odometry
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 import rosslt
@@ -130,6 +132,27 @@ class Mouse(MouseCase):
         self.screen.screenshot('turned_view')
         self.screen.move([(start[0] + 20 * step, start[1]) for step in reversed(range(10))])
         wait_until(lambda: self.screen.color(elsewhere) == before, 'the view to be as it was')
+
+    def test_what_cannot_be_moved_leaves_the_mouse_to_what_lies_under_it(self):
+        """As a robot that has come to its goal."""
+        robots = rosslt.Publisher('robot', Odometry, queue_size=1)
+        goals = rosslt.Publisher('goal', PoseStamped, queue_size=1)
+        robot, goal = Odometry(), PoseStamped()
+        robot.header.frame_id = goal.header.frame_id = 'world'
+        robot.pose.pose.position = Point(rosslt.location(4.3, name='robot_x', read_only=True), -3.4, 1.0)
+
+        def publish(_event):
+            goal.pose.position.x, goal.pose.position.y = rosslt.location(4.3, name='goal_x'), -3.4
+            robots.publish(robot)
+            goals.publish(goal)
+
+        for publisher in (robots, goals):
+            self.addCleanup(publisher.unregister)
+            wait_until(publisher.get_num_connections, 'slt_visualization to hear')
+        self.addCleanup(rospy.Timer(rospy.Duration(0.05), publish).shutdown)
+        right, _ = self.drag((4.3, -3.4), (4.9, -3.4), '/goal')
+        there = 4.3 + right / self.screen.scale
+        wait_until(lambda: abs(rospy.get_param('/check_rviz/rosslt/goal_x') - there) < 0.02, 'the goal to be moved')
 
     def test_a_marker_that_changes_in_every_message_can_be_dragged_for_seconds(self):
         before = self.parameter('blinking_x')

@@ -4,9 +4,9 @@ import pytest
 
 from rosslt import math, msg, node, values
 from rosslt.markers.drags import changes
-from rosslt.markers.offers import choices_of, default_sources
+from rosslt.markers.offers import choices_of, default_sources, together
 
-SHOULDER, ELBOW = values.Source('/arm', 1), values.Source('/arm', 2)
+SHOULDER, ELBOW, SIDE = [values.Source('/arm', number) for number in (1, 2, 3)]
 UPPER_ARM, FOREARM = 1.2, 0.9
 
 
@@ -27,6 +27,19 @@ def test_each_other_source_of_a_number_is_a_choice():
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
     assert choices_of([x + y], ()) == [(None, [SHOULDER]), (ELBOW, [ELBOW])]
     assert choices_of([x + y], (SHOULDER,)) == [(None, [ELBOW])]
+    side = values.track(3.0, SIDE)
+    alone = [(source, [source]) for source in (SHOULDER, ELBOW, SIDE)]
+    assert choices_of([x + y, side], ()) == [(None, [SHOULDER, SIDE]), *alone]
+    assert choices_of([x, side], ()) == [(None, [SHOULDER, SIDE])], 'nothing to choose there'
+
+
+def test_a_second_choice_adds_to_the_first_unless_it_does_the_same():
+    x, y, side = values.track(1.0, SHOULDER), values.track(2.0, ELBOW), values.track(3.0, SIDE)
+    at = [x + y, side]
+    assert together(at, (), ELBOW) == (ELBOW,)
+    assert together(at, (ELBOW,), SIDE) == (ELBOW, SIDE)
+    assert together(at, (ELBOW, SIDE), SHOULDER) == (SIDE, SHOULDER)
+    assert together(tip(0.5, 0.9), (ELBOW,), SHOULDER) == (ELBOW, SHOULDER), 'two ways for a point to go'
 
 
 def test_the_default_is_the_first_source_that_can():
@@ -36,10 +49,10 @@ def test_the_default_is_the_first_source_that_can():
     assert default_sources(tip(0.5, 0.9)) == [SHOULDER, ELBOW]
 
 
-def test_a_choice_holds_the_other_sources_of_what_depends_on_it():
+def test_what_is_chosen_changes_alone(no_limits):
     x, y = values.track(1.0, SHOULDER), values.track(2.0, ELBOW)
-    assert changes.held_for(ELBOW, [3 * x + y * y]) == [SHOULDER]
-    assert changes.held_for(ELBOW, [2 * x, y]) == [], 'nothing to choose there'
+    assert changes.plan([3 * x + y * y], [12.0], [ELBOW]).after == {ELBOW: 3.0}
+    assert changes.plan([2 * x, y], [3.0, 5.0], [SHOULDER]).after == {SHOULDER: 1.5}
 
 
 def test_a_hand_that_goes_back_has_its_sources_go_back_though_the_message_is_older():
@@ -180,4 +193,4 @@ def test_what_is_a_things_own_changes_alone_and_is_what_the_menu_says(no_limits,
     assert found.after[y] == pytest.approx(-1.4500000000000002 / 1.5) if kind is float else found.after[y] == -1
     assert found.whole == ([] if kind is float else [y])
     assert default_sources(at, directory.held(at)) == ([x, y] if kind is float else [x])
-    assert set(changes.plan(at, [9.5, -1.25], scale, thing=at, may_leap=True).after) == {scale}
+    assert set(changes.plan(at, [9.5, -1.25], [scale], thing=at, may_leap=True).after) == {scale}

@@ -203,28 +203,6 @@ def box_at(x, frame='world'):
     return marker
 
 
-@pytest.fixture
-def asked(monkeypatch):
-    """The requests to owners, who make every change: [{Source: new value}]."""
-    result, ids = [], []
-
-    def note_id():
-        ids.append(node.new_request_id())
-        return ids[-1]
-
-    def request_values(wanted, _timeout, request_id, _asker):
-        if request_id in ids:  # and not of a drag that another test has left
-            result.append(wanted)
-        return {source: node.Change(None, new) for source, new in wanted.items()}
-
-    monkeypatch.setattr(change_request, 'new_request_id', note_id)
-    monkeypatch.setattr(change_request, 'request_values', request_values)
-    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
-    monkeypatch.setattr(node, 'reevaluate', lambda x, timeout: x)
-    monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: x)
-    return result
-
-
 def line_through(*points):
     """A line through points on the x axis."""
     marker = Marker(type=Marker.LINE_STRIP, points=[Point(x, 0.0, 0.0) for x in points])
@@ -305,7 +283,7 @@ def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
     take(scene, box_at(values.track(1.0, A) + values.track(0.0, C)))
     drags = Drags(scene, Rules(), str)
     assert drags.move('/boxes::0', 'world', at(1.0))
-    drags.chosen['/boxes::0'] = C
+    drags.chosen['/boxes::0'] = (C,)
     assert drags.move('/boxes::0', 'world', at(2.0))
     wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
     wait_until(lambda: notes.said == [f'{C} moves others of its kind, too'], 'the hand to be told')
@@ -319,7 +297,7 @@ def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
     take(scene, box_at(shift + 0.5 * values.track(2.0, A)))
     drags = Drags(scene, Rules(), str)
     assert drags.move('/boxes::0', 'world', at(1.0))
-    drags.chosen['/boxes::0'] = C
+    drags.chosen['/boxes::0'] = (C,)
     assert drags.move('/boxes::0', 'world', at(2.0))
     wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
     take(scene, box_at(values.track(1.0, C) + 0.5 * values.track(8.0, B)))

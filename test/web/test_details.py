@@ -57,6 +57,22 @@ def test_a_click_says_where_a_thing_comes_from(ball, browser):
     browser.wait(lambda: 'Where it comes from' not in browser.text, 'the details are closed')
 
 
+def test_what_a_drag_changes_is_chosen_in_the_details(ball, browser):
+    browser.wait_for_text('ball.py')
+    browser.click_at(place(), 'Where it comes from')
+    titles = {
+        button.text.partition(' ')[0]: button.text for button in browser.driver.find_elements('tag name', 'button')
+    }
+    for name in ('right', 'side'):
+        browser.click(titles[name])
+    browser.wait(lambda: all('✓ ' + titles[name] in browser.text for name in ('right', 'side')), 'both are marked')
+    browser.click('✓ ' + titles['side'])
+    browser.click('✓ ' + titles['right'])
+    browser.wait(lambda: '✓ left (ball.py' in browser.text, 'the default is marked')
+    browser.click('Close')
+    browser.wait(lambda: 'Where it comes from' not in browser.text, 'the details are closed')
+
+
 def place():
     """Where the ball is."""
     return value('/ball/left') + value('/ball/right'), value('/ball/side'), 0.0

@@ -1,6 +1,8 @@
 """The choices that people have for the things of a scene, in a menu of RViz or on a page, and the texts for them."""
 
-from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set
+from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+import numpy
 
 from rosslt import values
 from rosslt.markers.describing import Descriptions
@@ -21,7 +23,7 @@ class Choice(NamedTuple):
 
     Attributes:
         source: what is chosen, None for the default.
-        changed: the sources that a drag changes then.
+        changed: the sources that a drag changes if nothing else is chosen.
     """
 
     source: Optional[values.Source]
@@ -50,14 +52,18 @@ class Offers(NamedTuple):
         """The text of a choice."""
         return ', '.join(map(self.descriptions.one, choice.changed))
 
-    def chosen(self, name: str, choices: List[Choice]) -> Optional[values.Source]:
-        """The source that has been chosen for a thing, None for the default; also if the choice is there no more."""
-        chosen = self.drags.chosen.get(name)
-        return chosen if chosen in [choice.source for choice in choices] else None
+    def is_chosen(self, handle: Handle, choice: Choice) -> bool:
+        """True if drags of a thing change what a choice says."""
+        chosen = self.drags.chosen_for(handle)
+        return choice.source in chosen if choice.source is not None else not chosen
 
-    def choose(self, name: str, source: Optional[values.Source]) -> None:
-        """Have drags of a thing change a source, None for the default."""
-        self.drags.chosen[name] = source
+    def choose(self, handle: Handle, source: Optional[values.Source]) -> None:
+        """Have drags of a thing change a source as well, or no more if they do; None for the default alone."""
+        chosen = self.drags.chosen_for(handle) if source is not None else ()
+        if source in chosen:
+            self.drags.chosen[handle.name] = tuple([one for one in chosen if one != source])
+        else:
+            self.drags.chosen[handle.name] = () if source is None else together(handle.tracked, chosen, source)
 
     def can_be_free(self, handle: Handle) -> bool:
         """True if a body can move in all three directions, and so in the plane of the screen too."""
@@ -73,12 +79,23 @@ def choices_of(
     can = [source for source, slopes in values.slopes(list(tracked)).items() if source not in read_only and any(slopes)]
     default = default_sources(tracked, [*read_only, *held]) or can
     # Choosing a source makes a difference only if a value has several.
-    others = [
-        source
-        for source in can
-        if [source] != default and any(len(both) > 1 and source in both for both in map(values.sources, tracked))
-    ]
+    has_several = any(len([source for source in can if source in values.sources(value)]) > 1 for value in tracked)
+    others = [source for source in can if has_several and [source] != default]
     return [Choice(None, default)] + [Choice(source, [source]) for source in others]
+
+
+def together(
+    tracked: Sequence[Any], chosen: Sequence[values.Source], source: values.Source
+) -> Tuple[values.Source, ...]:
+    """The sources that are chosen with one more: those chosen last first, as far as each of them moves tracked values
+    in a way of its own. Of two that do the same, a drag would change one."""
+    slopes = values.slopes(list(tracked))
+    kept = [source]
+    for earlier in reversed(chosen):
+        ways = [slopes[one] for one in (earlier, *kept)]
+        if numpy.linalg.matrix_rank(ways) == len(ways):
+            kept.insert(0, earlier)
+    return tuple(kept)
 
 
 def default_sources(tracked: Sequence[Any], read_only: Collection[values.Source] = ()) -> List[values.Source]:

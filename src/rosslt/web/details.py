@@ -13,7 +13,7 @@ from rosslt.web.markdown import code
 from rosslt.web.plots import Plots
 from rosslt.web.things import Things
 
-#: The mark of the active choice.
+#: The mark of an active choice.
 CHOSEN = '✓ '
 
 
@@ -43,7 +43,7 @@ class Details:
             with modal:
                 client.gui.add_markdown(self._text(handle, explained, sources, present))
                 if len(choices) > 1:
-                    self._add_choices(client, name, choices)
+                    self._add_choices(client, handle, choices)
                 if self._offers.can_be_free(handle):
                     self._add_free(client, name)
                 undo = client.gui.add_button(UNDO)
@@ -81,19 +81,18 @@ class Details:
             lines.append('- {} ({}){}'.format(code(brief), code(full), ', ' + note if note else ''))
         return '\n'.join(lines)
 
-    def _add_choices(self, client: viser.ClientHandle, name: str, choices: List[Choice]) -> None:
+    def _add_choices(self, client: viser.ClientHandle, handle: Handle, choices: List[Choice]) -> None:
         """A button for each choice: a list to open would be open at once, and hide what is below it."""
         client.gui.add_markdown('**{}**'.format(HEADING))
         titles = [self._offers.title(choice) for choice in choices]
         buttons = [client.gui.add_button(title, color='gray') for title in titles]
 
         def show() -> None:
-            chosen = self._offers.chosen(name, choices)
             for choice, button, title in zip(choices, buttons, titles):
-                button.label = (CHOSEN if choice.source == chosen else '') + title
+                button.label = (CHOSEN if self._offers.is_chosen(handle, choice) else '') + title
 
         def choose(choice: Choice, _event: viser.GuiEvent) -> None:
-            self._offers.choose(name, choice.source)
+            self._offers.choose(handle, choice.source)
             show()
 
         for button, choice in zip(buttons, choices):

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import node, values
 
@@ -36,7 +36,7 @@ class Plan(NamedTuple):
 def plan(
     tracked: Sequence[Any],
     targets: Sequence[float],
-    source: Optional[values.Source] = None,
+    chosen: Collection[values.Source] = (),
     timeout: float = 1.0,
     began: Optional[Mapping[values.Source, Any]] = None,
     last: Optional[Mapping[values.Source, Any]] = None,
@@ -48,7 +48,7 @@ def plan(
 
     Args:
         tracked, targets: tracked values and as many numbers.
-        source: change this Source alone if a value depends on it.
+        chosen: change these sources alone; by default those of `thing` that are not `held`.
         timeout: how long to wait for the bounds from the owners, in seconds.
         began: {Source: value} where the drag began, of the sources that it has changed. The plan is made from there, so
             that a hand that comes back brings them back.
@@ -57,8 +57,7 @@ def plan(
         may_leap: whether an answer that can only be reached by a jump is one, too.
         resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
             round as that allows.
-        thing: the tracked numbers of the thing as the hand took hold of it: only their sources change, and unless a
-            source is chosen, not what is `held` of them; by default any.
+        thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -68,13 +67,11 @@ def plan(
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
     limits = node.limits(list(present), timeout)
-    if source is not None:
-        limits['read_only'] = [*limits['read_only'], *held_for(source, tracked)]
-    if thing is not None:
-        own = values.sources(thing)
-        kept = node.directory().held(thing) if source is None else []
-        others = [other for other in present if other not in own]
-        limits['read_only'] = [*limits['read_only'], *kept, *others]
+    if thing is not None and not chosen:
+        held = node.directory().held(thing)
+        chosen = [source for source in values.sources(thing) if source not in held]
+    if chosen:
+        limits['read_only'] = [*limits['read_only'], *(source for source in present if source not in chosen)]
     try:
         after = values.continued(tracked, targets, here, **limits)
         return Plan(present, _rounded(after, present, tracked, resolution, limits))
@@ -148,12 +145,6 @@ def _is_within(distance: float, tracked: Sequence[Any], trial: Dict[values.Sourc
     except (ArithmeticError, ValueError):
         return False
     return all(abs(one - other) <= distance for one, other in zip(there, exact))
-
-
-def held_for(source: values.Source, tracked: Sequence[Any]) -> List[values.Source]:
-    """The sources that stay if a drag changes a single source: all other sources of the values that depend on it."""
-    concerned = [sources for sources in map(values.sources, tracked) if source in sources]
-    return [other for sources in concerned for other in sources if other != source]
 
 
 def _nearest(

@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import Any, Dict, List, Optional, Sequence, Set, Tuple
+from typing import Any, Collection, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
@@ -22,6 +22,7 @@ class Drag:
 
     Attributes:
         held: the sources of the thing that the hand has taken hold of. It changes no others.
+        chosen: those of them that a person has chosen. If there are any, it changes these alone.
         pose: where the hand has it now.
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
@@ -39,6 +40,7 @@ class Drag:
     def __init__(self, handle: Handle, timeout: float, hand: str = '') -> None:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
+        self.chosen: Collection[values.Source] = ()
         self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
@@ -75,7 +77,19 @@ class Drag:
         """
         tracked, targets = handle.wanted(pose, self.is_moved, self.is_turned)
         # The limits are those at the start of the drag: a thing that was beyond them can go back there with the hand.
-        return (tracked, *self.handle.limited(targets, self.turn)) if tracked else ([], [], '')
+        targets, limit = self.handle.limited(targets, self.turn) if tracked else ([], '')
+        reached = [(value, target) for value, target in zip(tracked, targets) if self._reaches(value)]
+        return [value for value, _ in reached], [target for _, target in reached], limit if reached else ''
+
+    def goes_beyond_choice(self, handle: Handle, pose: PoseTuple) -> bool:
+        """Return whether the hand has also moved what the chosen sources do not reach."""
+        tracked, targets = handle.wanted(pose, self.is_moved, self.is_turned)
+        _, start = handle.wanted(self.start, self.is_moved, self.is_turned)
+        rows = zip(tracked, targets, start)
+        return any(not self._reaches(value) and not values.is_same(now, then) for value, now, then in rows)
+
+    def _reaches(self, value: Any) -> bool:
+        return not self.chosen or not set(self.chosen).isdisjoint(values.sources(value))
 
     def misfit(self, handle: Handle) -> Optional[str]:
         """Why a pose of this drag means nothing for a handle of the same name in a later message, or None."""

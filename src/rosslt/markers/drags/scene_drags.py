@@ -11,7 +11,7 @@ import contextlib
 import threading
 import time
 import traceback
-from typing import Callable, Collection, Deque, Dict, List, NamedTuple, Optional
+from typing import Callable, Collection, Deque, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 import rospy
 
@@ -62,7 +62,7 @@ class Drags:
         raised_since: the first new error in one of these nodes since a time, as `NodeErrors` says it.
 
     Attributes:
-        chosen: {name of a handle: the Source that its drags change}.
+        chosen: {name of a handle: the sources that its drags change, if any are chosen}.
     """
 
     def __init__(
@@ -77,9 +77,15 @@ class Drags:
         self._over: Deque[Drag] = collections.deque()
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
-        self.chosen: Dict[str, Optional[values.Source]] = {}
+        self.chosen: Dict[str, Tuple[values.Source, ...]] = {}
         self._past: Dict[str, List[node.ChangeRequest]] = {}  # of the drags of each handle, by its name
         threading.Thread(target=self._work, name='drags', daemon=True).start()
+
+    def chosen_for(self, handle: Handle) -> Tuple[values.Source, ...]:
+        """The chosen sources that drags of a thing change; none if it does not come from all that were chosen, as the
+        next target of a patrol need not."""
+        chosen = self.chosen.get(handle.name, ())
+        return chosen if set(chosen) <= set(values.sources(handle.tracked)) else ()
 
     def hold(self, name: str, hand: str = '', frame: str = '', pose: Optional[PoseTuple] = None) -> bool:
         """A hand takes hold of a handle; False if there is none, or another hand has it.
@@ -308,13 +314,16 @@ class Drags:
         if misfit:
             drag.fault = drag.fault or misfit
             return None
+        drag.chosen = self.chosen_for(drag.handle)
         tracked, targets, limit = drag.wanted(handle, pose)
+        stays = f'chosen: {self._names(drag.chosen)}; the rest stays' if drag.goes_beyond_choice(handle, pose) else ''
         if not tracked:
+            if stays:
+                self._scene.say(handle, stays)
             return None
         timeout = self._rules.timeout
         try:
-            chosen = self.chosen.get(handle.name)
-            began, resolution = drag.request.before, self._rules.resolution
+            chosen, began, resolution = drag.chosen, drag.request.before, self._rules.resolution
             plan = changes.plan(
                 tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution, drag.handle.tracked
             )
@@ -330,8 +339,11 @@ class Drags:
             return values.NotInvertible(self._comes_from(others)) if is_others else error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
         drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
-        self._say_how_far(drag, handle, plan, limit)
+        self._say_how_far(drag, handle, plan, limit, stays)
         return None
+
+    def _names(self, sources: Iterable[values.Source]) -> str:
+        return ', '.join(map(self._name_of, sources))
 
     def _why_gone(self, drag: Drag, handle: Handle) -> str:
         """Why the thing that a hand took hold of is gone, '' if it is there.
@@ -356,7 +368,7 @@ class Drags:
     def _comes_from(self, sources: List[values.Source]) -> str:
         return node.comes_from(node.directory().own_first(sources), self._name_of)
 
-    def _say_how_far(self, drag: Drag, handle: Handle, plan: changes.Plan, limit: str) -> None:
+    def _say_how_far(self, drag: Drag, handle: Handle, plan: changes.Plan, limit: str, stays: str) -> None:
         reasons = [wording.short_numbers(limit)] if limit else []
         if plan.gap > NOTICEABLE:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
@@ -364,5 +376,9 @@ class Drags:
             reasons = reasons or ['as near as possible']
         for source in node.directory().shared(drag.held, plan.after):
             reasons.append(f'{self._name_of(source)} moves others of its kind, too')
+        reasons += [stays] if stays else []
+        chosen = self.chosen.get(handle.name)
+        if chosen and not drag.chosen and plan.after:
+            reasons.append(f'it does not come from {self._names(chosen)} now: a drag changes {self._names(plan.after)}')
         if reasons:
             self._scene.say(handle, '; '.join(reasons))

@@ -48,9 +48,13 @@ class Display(Follower):
         """Put a note beside a handle."""
         self._notes.put(handle, text)
 
+    def leaves_out(self, handle: Handle) -> bool:
+        """Return whether RViz shows a thing by itself: a body that nothing moves would hide others from the mouse."""
+        return not handle.draws_thing
+
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Insert the interactive marker of a handle."""
-        menu = self._shown[handle.name].drawing[2]
+        menu = None if motions.is_stuck else self._shown[handle.name].drawing[2]
         is_free = handle.name in self.free
         marker = controls.handle_marker(handle, motions, is_free, self._handle_size, menu is not None)
         self._server.insert(marker, self._feedback)

@@ -52,10 +52,9 @@ class Menus:
         descriptions = self._offers.descriptions
         if not descriptions.can_change(handle.tracked):
             return None
-        choices = self._offers.choices(handle)
-        chosen, title = self._offers.chosen(handle.name, choices), self._offers.title
+        title, is_chosen = self._offers.title, self._offers.is_chosen
         return Menu(
-            [(title(choice), choice.source, choice.source == chosen) for choice in choices],
+            [(title(choice), choice.source, is_chosen(handle, choice)) for choice in self._offers.choices(handle)],
             self._offers.can_be_free(handle),
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
@@ -64,7 +63,7 @@ class Menus:
     def add(self, server: Server, name: str, menu: Menu) -> None:
         """Add a menu to a handle that has just been inserted."""
         drawn = MenuHandler()
-        drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose one):'), callback=_ignore)
+        drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose):'), callback=_ignore)
         for title, source, is_chosen in menu.choices:
             entry = drawn.insert(
                 title if source else title + ' (default)', callback=functools.partial(self._choose, name, source)
@@ -82,8 +81,10 @@ class Menus:
         drawn.apply(server, name)
 
     def _choose(self, name: str, source: Optional[values.Source], _feedback: InteractiveMarkerFeedback) -> None:
-        self._offers.choose(name, source)
-        self._redraw(name)
+        handle = self._offers.scene.handle(name)
+        if handle is not None:
+            self._offers.choose(handle, source)
+            self._redraw(name)
 
     def _set_free(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._free ^= {name}

@@ -69,6 +69,11 @@ class Follower:
         """All that the drawing of a handle shows of its sources, and of what is chosen for it."""
         del handle
 
+    def leaves_out(self, handle: Handle) -> bool:
+        """Return whether a handle is not drawn if nothing of its thing can be moved."""
+        del handle
+        return False
+
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Draw a handle; the drawing replaces an earlier one."""
         raise NotImplementedError
@@ -162,7 +167,7 @@ class Follower:
         motions = None
         if handle is not None and name in self._motions:
             motions = self.selection.drawn(handle, self._motions[name][1])
-        if handle is None or motions is None:
+        if handle is None or motions is None or (motions.is_stuck and self.leaves_out(handle)):
             if shown is not None:
                 del self._shown[name]
                 self.erase(name)

@@ -60,6 +60,7 @@ class Motions(NamedTuple):
         arrows: which of them have arrows beside the body.
         rings: the ways to turn it, as it is turned now.
         is_button: whether its body cannot be moved, and a click on it selects its thing, which can.
+        is_stuck: whether nothing of its thing can be moved.
     """
 
     axes: Axes
@@ -67,6 +68,7 @@ class Motions(NamedTuple):
     arrows: Axes = (False, False, False)
     rings: Tuple[Ring, ...] = ()
     is_button: bool = False
+    is_stuck: bool = False
 
     @property
     def are_any(self) -> bool:
@@ -123,6 +125,9 @@ class Handle:
 
     #: Whether it is the body of its thing, or one of its points or sizes.
     level = BODY
+
+    #: Whether its shapes are the thing itself, which RViz does not show.
+    draws_thing = False
 
     #: The tracked or plain x, y and z where it stands, in its frame; None if it is not a position.
     position: Optional[Tuple[Any, ...]] = None

@@ -54,9 +54,10 @@ class PoseHandle(Handle):
         rank: as that of a Handle.
         has_points: whether the thing has tracked points, which move it as well.
         shows_turns: False if it looks alike however it is turned.
+        draws_thing: as that of a Handle.
     """
 
-    __slots__ = ('_fills', '_has_arrows', '_is_planar', '_orientation', 'position')
+    __slots__ = ('_fills', '_has_arrows', '_is_planar', '_orientation', 'draws_thing', 'position')
     position: Tuple[Any, ...]
 
     def __init__(
@@ -72,6 +73,7 @@ class PoseHandle(Handle):
         rank: int = 0,
         has_points: bool = False,
         shows_turns: bool = True,
+        draws_thing: bool = False,
     ) -> None:
         numbers = pose_tuple(pose)
         self.position, self._orientation = numbers[:3], numbers[3:]
@@ -93,7 +95,7 @@ class PoseHandle(Handle):
             shape_key,
         )
         super().__init__(name, frame, (x, y, z, *rotation), size, draw_key, numbers, shapes, rank)
-        self._has_arrows, self._is_planar = has_arrows, is_planar
+        self._has_arrows, self._is_planar, self.draws_thing = has_arrows, is_planar, draws_thing
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose."""

@@ -72,6 +72,7 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
                 is_planar=settings.is_planar,
                 has_points=bool(points),
                 shows_turns=shows_turns(marker),
+                draws_thing=not is_shown,
             )
         )
     if points:

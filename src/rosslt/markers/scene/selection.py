@@ -52,12 +52,13 @@ class Selection:
         A thing that is not selected shows only one level of handles: its body, or its points if the body cannot be
         moved, or its sizes if it has neither.
         """
-        if self.is_open(handle):
-            return motions
         parts = self._things[handle.thing]
-        if handle.level > _outermost(parts):
-            return None
-        return motions.without_controls(_can_move(parts))
+        can_move = _can_move(parts)
+        if not self.is_open(handle):
+            if handle.level > _outermost(parts):
+                return None
+            motions = motions.without_controls(can_move)
+        return motions._replace(is_stuck=not can_move)
 
     def is_open(self, handle: Handle) -> bool:
         """Return whether the thing of a handle shows all its handles."""
