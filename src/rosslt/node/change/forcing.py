@@ -355,14 +355,16 @@ class Forcing:
         except SourceUnreachable:
             return True  # the messages have shown it
         if lost:
-            self._notes, self._loop.last = lost, None
+            raised = self._request.raised('')
+            self._notes, self._loop.last = [raised] if raised else lost, None
         return not lost
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' if there is none, or a message shows the change."""
         if self._loop.seen:
             return ''
-        return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+        logged = self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+        return self._request.raised(logged) if logged else ''
 
     def _became(self, source: Source, now: object) -> str:
         return f'{self._name(source)} is {now!r} by now, it was made {self._request.after[source]!r}'
