@@ -106,8 +106,7 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         rospy.spin()
         """
     with Node('timed', code) as node:
-        text = Path(node.file).read_text(encoding='utf-8')
-        line = text[: text.index('1.0 / gain')].count('\n') + 1
+        line = node.line_of('1.0 / gain')
         wait_until(lambda: '/timed/gain' in rosslt('list', '/timed').stdout, 'the timer has turned')
         refused = rosslt('force', '/timed/ratio/data', '0', '--timeout', '20')
         assert refused.returncode == 1
