@@ -308,10 +308,11 @@ class TestWhatIsInTheWay:
                 ticks.publish(1)
                 rate.sleep()
             """
-        with Node('raising', raising):
+        with Node('raising', raising) as node:
             wait_until(lambda: rosslt('explain', '/indexed/data').stdout, 'it publishes')
             told = failure('force', '/indexed/data', '60', '--timeout', '600')  # longer than a command has here
-            assert told == 'rosslt force: /raising raises IndexError: list index out of range; taken back'
+            where = f'raising.py:{node.line_of("[int(index)]")}'
+            assert told == f'rosslt force: /raising raises IndexError: list index out of range ({where}); taken back'
             assert rosslt('get', '/raising/index').stdout == '1.0\n'
 
 

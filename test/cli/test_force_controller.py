@@ -178,6 +178,55 @@ def test_a_target_is_moved_by_its_waypoint_alone(guard):
     assert changed('/guard/target/point', '{x: 2, y: 1}') == both
 
 
+# It latches its target once for each leg, and drives to it.
+LEGS = """
+import rospy
+from std_msgs.msg import Float64
+
+POSTS = [1.0, 2.0]
+
+
+def drive():
+    leg = 0
+    while not rospy.is_shutdown():
+        if leg < len(rospy.get_param('/legs_gone', '')):
+            target.publish(POSTS[leg % 2])
+            leg += 1
+        heading.publish(POSTS[(leg - 1) % 2])
+        rate.sleep()
+
+
+rospy.init_node('legs')
+target = rospy.Publisher('legs/target', Float64, queue_size=1, latch=True)
+heading, rate = rospy.Publisher('legs/heading', Float64, queue_size=1), rospy.Rate(20)
+drive()
+"""
+
+
+def sent_on(topic):
+    sent = rosslt('echo', '-n', '1', topic).stdout
+    return float(sent.split()[1]) if sent else None
+
+
+def test_a_target_that_is_latched_for_a_leg_keeps_its_change(tmp_path, master):
+    master.setParam('/legs_gone', '1')
+    with Unmodified(tmp_path, 'legs', LEGS):
+        wait_until(lambda: sent_on('/legs/target') == 1.0, 'its first leg')
+        forced = rosslt('force', '/legs/target/data', '1.5', '--timeout', '1')
+        assert forced.returncode == 0, forced
+        assert forced.stdout.split('\t')[:3] == ['/legs/POSTS_0', '1.0', '1.5']
+        assert forced.stderr.startswith('rosslt force: not seen: /legs has latched a message that it made before')
+        assert forced.stderr.endswith('shows in the next message that is made of /legs/POSTS_0\n')
+        assert (sent_on('/legs/heading'), sent_on('/legs/target')) == (1.5, 1.0)
+        again = rosslt('force', '/legs/target/data', '1.5', '--timeout', '1')
+        assert (again.returncode, again.stdout, again.stderr) == (0, '', forced.stderr)
+        master.setParam('/legs_gone', '12')
+        wait_until(lambda: sent_on('/legs/target') == 2.0, 'its second leg')
+        master.setParam('/legs_gone', '121')
+        wait_until(lambda: sent_on('/legs/target') == 1.5, 'its first leg')
+    master.deleteParam('/legs_gone')
+
+
 # Its targets are rows of a table in the code and of a parameter, scaled and moved by numbers that all of them share.
 SHARING = """
 import rospy

@@ -1,5 +1,7 @@
 """`rosslt set` says what became of a change once the callbacks of the node were called with it."""
 
+from textwrap import dedent
+
 import pytest
 
 from support.processes import Node, wait_until
@@ -34,3 +36,59 @@ def test_a_number_that_makes_a_callback_raise_is_refused(master):
         assert rosslt('set', '/scaling/width', '3').returncode == 0
         assert rosslt('set', '/scaling/offset', '0').returncode == 0
         assert rosslt('get', '/scaling/width').stdout == '3.0\n'
+
+
+DRIVING = """
+    def drive(place):
+        distance = goal - place.data
+        if distance > 0.1:
+            publisher.publish(min(top, distance / ramp['slow']))
+        else:
+            publisher.publish(distance)
+
+    goal = rosslt.location(0.0, name='goal')
+    top = rosslt.location(1.0, name='top')
+    ramp = {'slow': rosslt.location(0.5, name='slow')}
+    publisher = rosslt.Publisher('driven', Float64, queue_size=1)
+    goals = rosslt.Publisher('goals', Float64, queue_size=1)
+    reader = rosslt.Subscriber('places', Float64, drive)
+    places = rosslt.Publisher('places', Float64, queue_size=1)
+    while not rospy.is_shutdown():
+        places.publish(rospy.get_param('/driving_place', 0.0))
+        goals.publish(goal)
+        rospy.sleep(0.02)
+    """
+
+
+def test_what_raises_later_names_the_change_before(master):
+    with Node('driving', DRIVING) as node:
+        wait_until(lambda: rosslt('echo', '-n', '1', '/driven').returncode == 0, 'it stands')
+        assert rosslt('set', '/driving/top', '0.8').returncode == 0
+        assert rosslt('set', '/driving/slow', '0.4').returncode == 0
+        assert rosslt('set', '/driving/slow', '0').returncode == 0, 'the line does not run'
+        changed = 'slow 0.4 -> 0.0 (`rosslt set /driving/slow 0.4` takes it back), '
+        changed += 'top 1.0 -> 0.8 (`rosslt set /driving/top 1.0` takes it back)'
+        line = node.line_of('publish(min(')
+        raised = f'/driving raises ZeroDivisionError: float division by zero (driving.py:{line}, which also reads '
+        raised += f'what was changed before: {changed})'
+        assert failure('set', '/driving/goal', '3') == f'rosslt set: {raised}; taken back'
+        assert failure('force', '/goals/data', '3') == f'rosslt force: {raised}; taken back'
+        assert rosslt('get', '/driving/goal').stdout == '0.0\n'
+        assert rosslt('set', '/driving/slow', '0.4').returncode == 0
+        assert rosslt('set', '/driving/goal', '3').returncode == 0, 'it drives'
+
+
+def test_what_raises_long_after_a_change_names_it_in_the_log(master):
+    code = 'import rosslt.node.location_server as owner\nowner.SUSPECT = 0.0\n' + dedent(DRIVING)
+    for word, other in (('driving', 'rolling'), ('driven', 'rolled'), ('goals', 'marks'), ('places', 'spots')):
+        code = code.replace(word, other)
+    with Node('rolling', code) as node:
+        wait_until(lambda: rosslt('echo', '-n', '1', '/rolled').returncode == 0, 'it stands')
+        assert rosslt('set', '/rolling/slow', '0').returncode == 0
+        master.setParam('/rolling_place', -5.0)
+        told = 'a callback of a Subscriber raises from what was changed before\nZeroDivisionError: float division by '
+        told += f'zero (rolling.py:{node.line_of("publish(min(")}, which also reads what was changed before: slow 0.5 '
+        wait_until(lambda: told in node.logged(), node.logged)
+        assert rosslt('set', '/rolling/top', '0.8').returncode == 0, 'that is not to blame'
+        assert node.logged().count(told) == 1
+        master.deleteParam('/rolling_place')

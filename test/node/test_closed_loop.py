@@ -29,6 +29,7 @@ class Simulated:
         self.present = {GAIN: present.get('gain', 1.0), BIAS: present.get('bias', 0.0)}
         self.function, self.tick, self.requests = function, 0, []
         self.message, self.path = Float64, 'data'
+        self.publisher, self.is_latched = '/node', False
         self.name, self.directory = '/hand', self
         self.errors, self.late = NoErrors(), {}
         monkeypatch.setattr(change_request, 'request_values', self.request_values)
@@ -62,7 +63,7 @@ class Simulated:
             time.sleep(0.01)
             return None
         message = self.message(value)
-        return Heard('/topic', '/node', message._type, message)
+        return Heard('/topic', self.publisher, message._type, message, self.is_latched)
 
     def clear(self):
         pass
@@ -267,6 +268,32 @@ def test_a_change_that_makes_the_node_raise_is_taken_back_at_once(simulated):
     made.errors.raised = '/node raises IndexError: list index out of range'
     with pytest.raises(node.NotReached, match=r'^/node raises IndexError: list index out of range; taken back$'):
         made.force(9.0, timeout=3600.0)  # longer than a test has
+    assert made.present == made.began
+
+
+@pytest.mark.parametrize(('publisher', 'is_latched'), [('/owner', True), ('/owner', False), ('/node', True)])
+def test_a_change_stays_if_its_node_has_latched_a_message(simulated, publisher, is_latched):
+    made = simulated(lambda gain, bias, tick: gain if gain < 5 else None)
+    made.publisher, made.is_latched = publisher, is_latched
+    if publisher == '/owner' and is_latched:
+        outcome = made.force(9.0, timeout=0.1)
+        assert not outcome.is_reached
+        assert (outcome.seen, outcome.is_taken_back, outcome.changes) == (None, False, {GAIN: (1.0, 9.0)})
+        assert outcome.reason.endswith(
+            'the change is in force, and shows in the next message that is made of /owner/gain'
+        )
+        assert made.present[GAIN] == 9.0
+    else:
+        with pytest.raises(node.NotReached, match=rf'^no message of {publisher} came within 0\.1 s; taken back$'):
+            made.force(9.0, timeout=0.1)
+        assert made.present == made.began
+
+
+def test_a_latched_message_does_not_excuse_an_exception(simulated):
+    made = simulated(lambda gain, bias, tick: gain if gain < 5 else None)
+    made.publisher, made.is_latched, made.errors.raised = '/owner', True, '/owner raises IndexError: no such leg'
+    with pytest.raises(node.NotReached, match=r'^/owner raises IndexError: no such leg; taken back$'):
+        made.force(9.0, timeout=3600.0)
     assert made.present == made.began
 
 

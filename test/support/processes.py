@@ -97,6 +97,11 @@ class Node:
                 return line.strip()
             self.log.append(line)
 
+    def line_of(self, text):
+        """The number of the first line of its code that has a text."""
+        with open(self.file, encoding='utf-8') as file:
+            return next(number for number, line in enumerate(file, 1) if text in line)
+
     def logged(self):
         """What it has written on its standard error so far: warnings and errors of rospy among it."""
         with open(self.errors, encoding='utf-8') as errors:

@@ -6,7 +6,6 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `/rosslt/source_change`.
 """
 
-import os
 import time
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
@@ -18,6 +17,7 @@ from rosslt.node import reconfigure
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change import locks
 from rosslt.node.change.commit_participant import ABORTED, APPLIED, UNKNOWN, CommitParticipant
+from rosslt.node.change.fault_localization import described_error, locations_read
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
@@ -37,7 +37,6 @@ from rosslt.node.locations.location import (
 from rosslt.node.locations.report import described, why_at_next_start
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
-from rosslt.node.memory.own_code import raised_by
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.parameters.mirror import Parameters
 from rosslt.node.parameters.sources import ReadParameters
@@ -244,7 +243,8 @@ class Owner:
         Args:
             error: the exception.
             what_ends: how the report begins, one of the texts in `node_errors`.
-            went_well: a time of `time.monotonic`; if there are changes since then, those before are left.
+            went_well: a time of `time.monotonic`; if there are changes since then, those before are left, and if there
+                are none, those that do not reach the line of the exception.
 
         Returns:
             Whether there were any, and all are taken back.
@@ -252,19 +252,25 @@ class Owner:
         if rospy.is_shutdown():
             return False
         states = []
-        file, line = raised_by(error)
-        at, text = f'{os.path.basename(file)}:{line}', f'{type(error).__name__}: {error}'
-        suspects = self.history.since(time.monotonic() - SUSPECT)
-        for request in [one for one in suspects if one.at > went_well] or suspects:
+        with self.lock:
+            suspects = self.history.since(time.monotonic() - SUSPECT)
+            read = locations_read(error, self.history.in_force())
+            new = [one for one in suspects if one.at > went_well]
+            suspects = new or [one for one in suspects if read.intersection(one.changes)] or suspects
+            earlier = self.history.in_force(but=suspects)
+            raised = described_error(error, earlier, read, self.directory.name)
+        if read and not suspects:
+            rospy.logerr('%sfrom what was changed before\n%s', what_ends, raised)
+        for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             if what_ends == CALLBACK_RAISES:
-                request.raised = f'{text} ({at})'
+                request.raised = raised
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
             states.append(answer.state)
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
-            rospy.logerr('%safter a change, which %s: %s (raised at %s)\n%s', what_ends, done, values, at, text)
+            rospy.logerr('%safter a change, which %s: %s\n%s', what_ends, done, values, raised)
         return set(states) == {APPLIED}
 
     def outcome_of(self, request_id: str) -> srv.ChangeSourcesResponse:

@@ -21,7 +21,8 @@ SUMMARY = 'have a field of a topic become a value, by changing where it comes fr
 DESCRIPTION = """Take the next message of a topic, solve for the sources of a field of it, and have their nodes change
 them, so that the field of the messages to come is VALUE; then look at the next message. If the field is not VALUE,
 as the node has taken another branch for instance, the new message is solved, and so on. Prints what changed, and after
-how many messages it was seen. If VALUE is not reached, the changes are taken back, and the exit code is 1. If
+how many messages it was seen. If VALUE is not reached, the changes are taken back, and the exit code is 1. If the node
+has latched its last message and sends none, its change stays, and it is said that none has shown it yet. If
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
 --source says another."""
 EXAMPLE = """\
@@ -103,7 +104,8 @@ def run(options: argparse.Namespace) -> None:
                 write_note('force', _SO_ALREADY)
             return
         outcome = _forced(directory, stream, errors, heard_one, field, wanted, chosen, options)
-    _show(directory, outcome.changes, seen=(outcome.messages, f'{outcome.milliseconds:.0f}'))
+    seen = (outcome.messages, f'{outcome.milliseconds:.0f}') if outcome.is_reached else ()
+    _show(directory, outcome.changes, seen=seen)
     _report(outcome, publisher)
 
 
@@ -161,7 +163,9 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
         print(f'rosslt force: {publisher} sends {outcome.seen}, and comes no nearer', file=sys.stderr)
     if not outcome.rounds:
         write_note('force', _SO_ALREADY)
-    if not (outcome.rounds and is_terminal()):
+    if outcome.reason:
+        print(f'rosslt force: {outcome.reason}', file=sys.stderr)
+    if not (outcome.rounds and outcome.is_reached and is_terminal()):
         return
     print(
         'seen after {} message{}, {:.0f} ms{}'.format(

@@ -199,7 +199,7 @@ class Drags:
             return
         del self._drops[name]
         if error:
-            self._scene.say(drag.handle, f'{error}; {self._take_back(drag)}')
+            self._scene.say(drag.handle, f'{drag.request.raised(error)}; {self._take_back(drag)}')
             self._scene.let_go(name)
         elif not drop.is_seen:
             why = self._why_left(drag, self._scene.handle(name) or drag.handle)
@@ -288,7 +288,7 @@ class Drags:
         drag.asked = pose
         error = self._why_raised(drag) if drag.request.after and drag.fault is None else ''
         if error:
-            drag.fault = f'{error}; {self._take_back(drag)}'
+            drag.fault = f'{drag.request.raised(error)}; {self._take_back(drag)}'
         # An answer that can only be reached by a leap is one when the hand lets go, if nothing has followed it yet.
         may_leap = drag.is_over and not drag.followed and pose != drag.start
         has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)

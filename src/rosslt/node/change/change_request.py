@@ -12,7 +12,7 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Set
 import rospy
 
 from rosslt import messages, values
-from rosslt.node.change.client import Asker, Change, reevaluate, request_values, undo_request
+from rosslt.node.change.client import Asker, Change, raised_after, reevaluate, request_values, undo_request
 from rosslt.node.change.history import new_request_id
 from rosslt.values import Source
 
@@ -113,6 +113,15 @@ class ChangeRequest:
         given = [values.track(value, source) for source, value in self.after.items()]
         present = values.untracked(reevaluate(given, self._timeout, self._asker))
         return {source: now for source, now in zip(self.after, present) if now != self.after[source]}
+
+    def raised(self, logged: str) -> str:
+        """The exception that an owner has raised with it, with what the owner knows of where it comes from.
+
+        Args:
+            logged: what the log says of it, as `NodeErrors` has it; returned if no owner has taken anything back.
+        """
+        told = raised_after(self.id, self.nodes, self._timeout)
+        return '; '.join(f'{node} raises {what}' for node, what in told.items()) or logged
 
     def take_back(self) -> str:
         """Give all sources the values that they had before; the reason if that is not done, else ''."""

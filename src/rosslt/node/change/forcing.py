@@ -48,7 +48,8 @@ class Outcome(NamedTuple):
         changes: {Source: Change(old, new)}: before the first round, and after the last one.
         wanted: the target.
         seen: the field in the last message that was looked at, plain; None if none came.
-        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer.
+        is_reached: whether messages have the wanted value, to a relative 1e-6 if they come no nearer; False as well if
+            the change is in force and none came, as the last message is latched.
         rounds: how many times it was solved.
         messages: how many messages of the publisher came after the first change, up to the one that was seen.
         milliseconds: from the first request to that message.
@@ -178,7 +179,9 @@ def force_field(
         keep_anyway: leave the changes if the target is not reached; otherwise they are taken back.
 
     Returns:
-        The Outcome: what has changed, what was seen, and after how many messages and milliseconds.
+        The Outcome: what has changed, what was seen, and after how many messages and milliseconds. If the publisher has
+        latched its last message, and sends none although it has the change in force, `is_reached` is False and the
+        change stays: the node sends the next message when it makes one.
 
     Raises:
         NotTracked, NotInvertible: there is no answer to begin with, or none but by what takes effect at the next start
@@ -273,6 +276,13 @@ class Forcing:
                 loop.take(self._observed(latest.message))
         if loop.is_reached and self._is_kept():
             return self._outcome(is_reached=True)
+        if heard.is_latched and self._is_awaited():
+            names = ' and '.join(map(self._name, self._request.after))
+            return self._outcome(
+                False,
+                f'not seen: {self._publisher} has latched a message that it made before the change, and has not sent '
+                f'it again; the change is in force, and shows in the next message that is made of {names}',
+            )
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached()
@@ -354,16 +364,23 @@ class Forcing:
         try:
             lost = [self._became(source, now) for source, now in self._request.lost().items()]
         except SourceUnreachable:
-            return True  # the messages have shown it
+            return self._loop.is_reached  # the messages have shown it
         if lost:
-            self._notes, self._loop.last = lost, None
+            raised = self._request.raised('')
+            self._notes, self._loop.last = [raised] if raised else lost, None
         return not lost
+
+    def _is_awaited(self) -> bool:
+        """Return whether the node that makes the messages has the change in force, and has sent none since."""
+        is_its_own = self._request.nodes == {self._publisher}
+        return is_its_own and not self._messages and not self._notes and self._is_kept()
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' if there is none, or a message shows the change."""
         if self._loop.seen:
             return ''
-        return self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+        logged = self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+        return self._request.raised(logged) if logged else ''
 
     def _became(self, source: Source, now: object) -> str:
         return f'{self._name(source)} is {now!r} by now, it was made {self._request.after[source]!r}'

@@ -115,6 +115,21 @@ class History:
         """The requests that were applied since a time of `time.monotonic` and not taken back, from the latest one."""
         return [request for request in self._left() if request.at >= start]
 
+    def in_force(self, but: Sequence[Request] = ()) -> Dict[Location, Tuple[Scalar, Scalar]]:
+        """{Location: (value before, value after)} of the latest change of each that was not taken back, from the latest
+        one; without those that have their first value again.
+
+        Args:
+            but: requests that do not count.
+        """
+        latest: Dict[Location, Tuple[Scalar, Scalar]] = {}
+        first: Dict[Location, Scalar] = {}
+        for request in self._left():
+            for location, change in request.changes.items() if request not in but else ():
+                latest.setdefault(location, change)
+                first[location] = change[0]
+        return {one: change for one, change in latest.items() if differing([(one, first[one], change[1])])}
+
     def is_taken_back(self, request_id: str) -> bool:
         """Return whether a request of that id has changed something, and all of it was taken back."""
         return bool(request_id) and {one.undone for one in self._requests if one.id == request_id} == {True}

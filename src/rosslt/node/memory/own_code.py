@@ -6,6 +6,7 @@ The standard library, packages installed by Debian, pip or ROS, and rosslt itsel
 import os
 import sysconfig
 import traceback
+import types
 from pathlib import Path
 from typing import Dict, Set, Tuple
 
@@ -45,11 +46,16 @@ def is_own_file(path: str) -> bool:
     return not path.startswith((_OURS, *_FOREIGN)) and not _is_installed(path)
 
 
-def raised_by(error: BaseException) -> Tuple[str, int]:
-    """The file and the line of the node's own code that an exception came from; of any code if it passed none."""
+def raised_in(error: BaseException) -> Tuple[types.FrameType, int]:
+    """The frame and the line of the node's own code that an exception came from; of any code if it passed none."""
     passed = list(traceback.walk_tb(error.__traceback__))
     own = [(frame, line) for frame, line in passed if is_own_module(frame.f_globals)]
-    frame, line = (own or passed)[-1]
+    return (own or passed)[-1]
+
+
+def raised_by(error: BaseException) -> Tuple[str, int]:
+    """The file and the line that `raised_in` finds."""
+    frame, line = raised_in(error)
     return frame.f_code.co_filename, line
 
 

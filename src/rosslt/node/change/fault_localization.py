@@ -1,0 +1,107 @@
+"""Fault localization: which of the earlier changes reach the line of the node's own code that raises an exception."""
+
+import ast
+import inspect
+import itertools
+import linecache
+import os
+import types
+from typing import Any, Callable, Collection, Dict, Iterator, Mapping, Set, Tuple
+
+from rosslt import values
+from rosslt.messages import Scalar
+from rosslt.node.json_scalars import to_json
+from rosslt.node.locations.location import Location
+from rosslt.node.memory.own_code import raised_by, raised_in
+
+#: The most changes that a text about an exception names.
+MOST_NAMED = 3
+
+#: The most elements that are looked at of what is indexed by a computed index: it may contain itself.
+MOST_ELEMENTS = 1000
+
+
+def locations_read(error: BaseException, locations: Collection[Location]) -> Set[Location]:
+    """Those locations that are in the line that an exception comes from, or reach what that line reads."""
+    frame, line = raised_in(error)
+    file = os.path.realpath(frame.f_code.co_filename)
+    reached = {source for value in _read_in(frame, line) for source in values.sources(value)}
+    return {
+        one
+        for one in locations
+        if one.source in reached or (os.path.realpath(one.site.file), one.site.line) == (file, line)
+    }
+
+
+def described_error(
+    error: BaseException,
+    earlier: Mapping[Location, Tuple[Scalar, Scalar]],
+    read: Set[Location],
+    name_of: Callable[[values.Source], str],
+) -> str:
+    """An exception in one line: where it comes from, and which earlier changes may count there.
+
+    Args:
+        earlier: {location: (value before, value after)}, from the latest one.
+        read: the changed locations that reach the line, as `locations_read` finds them; others are named only if none
+            are known.
+        name_of: what a source is called in a command.
+    """
+    file, line = raised_by(error)
+    counting = {one: change for one, change in earlier.items() if one in read or not read}
+    texts = [
+        f'{one.name} {old!r} -> {new!r} (`rosslt set {name_of(one.source)} {to_json(old)}` takes it back)'
+        for one, (old, new) in counting.items()
+    ]
+    more = [f'{len(texts) - MOST_NAMED} more'] if texts[MOST_NAMED:] else []
+    which = 'which also reads what was changed before: ' if read else 'changed before: '
+    told = f', {which}{", ".join([*texts[:MOST_NAMED], *more])}' if texts else ''
+    return f'{type(error).__name__}: {error} ({os.path.basename(file)}:{line}{told})'
+
+
+def _read_in(frame: types.FrameType, line: int) -> Iterator[Any]:
+    """The numbers and texts that the expressions of a line read, as far as its variables, attributes and elements can
+    be looked up without a call of the node's code."""
+    try:
+        tree = ast.parse(''.join(linecache.getlines(frame.f_code.co_filename, frame.f_globals)))
+    except (SyntaxError, ValueError, SystemError):  # Python 3.11 raises the last one if two threads parse
+        return
+    names = {**frame.f_globals, **frame.f_locals}
+    for whole in ast.walk(tree):
+        if isinstance(whole, ast.expr) and whole.lineno == line:
+            for part in ast.walk(whole):
+                value = _value_of(part, names)
+                if values.plain_scalar(value) is not None:
+                    yield value
+                elif value is None and isinstance(part, ast.Subscript):  # any of its elements
+                    elements = values.each_leaf(_value_of(part.value, names))
+                    yield from (leaf for _, leaf in itertools.islice(elements, MOST_ELEMENTS))
+
+
+def _value_of(part: ast.AST, names: Dict[str, Any]) -> Any:
+    """What a constant, a variable, an attribute or an element stands for; None if that is not known."""
+    if isinstance(part, ast.Constant):
+        return part.value
+    if isinstance(part, ast.UnaryOp) and isinstance(part.op, ast.USub):
+        index = _value_of(part.operand, names)
+        return -index if type(index) is int else None
+    if isinstance(part, ast.Name):
+        return names.get(part.id)
+    if isinstance(part, ast.Attribute):
+        owner = _value_of(part.value, names)
+        found = inspect.getattr_static(owner, part.attr, None)
+        is_field = isinstance(found, types.MemberDescriptorType) and not isinstance(owner, type)
+        return getattr(owner, part.attr, None) if is_field else found
+    if isinstance(part, ast.Subscript):
+        whole, index = _value_of(part.value, names), values.plain_scalar(_value_of(_index(part), names))
+        if type(whole) is dict:
+            return whole.get(index)
+        if type(whole) in (list, tuple) and isinstance(index, int) and -len(whole) <= index < len(whole):
+            return whole[index]
+    return None
+
+
+def _index(part: ast.Subscript) -> Any:
+    """The expression in the brackets, which Python 3.8 wraps."""
+    inner: Any = part.slice
+    return inner.value if type(inner).__name__ == 'Index' else inner
