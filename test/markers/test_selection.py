@@ -75,6 +75,9 @@ class Known:
     def held(self, _thing):
         return []
 
+    def own_first(self, sources):
+        return list(sources)
+
 
 class Hands(Drags):
     """Hands that change no source: a thing that is let go is where it was."""
