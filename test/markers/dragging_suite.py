@@ -225,7 +225,7 @@ class Dragging(unittest.TestCase):
             lambda: any(re.fullmatch(r'\[x\] base \(stage:\d+\) \(default\)', one) for one in self.titles(name)),
             lambda: 'the default; there are {}'.format(self.titles(name)),
         )
-        self.assertEqual(self.titles(name)[0], 'A drag changes (choose):')
+        self.assertEqual(self.titles(name)[0], 'A drag changes (choose one or more):')
         base, offset = parameter('base'), parameter('offset')
         self.hand.drag(name, dx=0.5)
         wait_until(lambda: abs(parameter('base') - base - 0.5) < NOISE, 'the default to change')
