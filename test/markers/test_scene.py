@@ -16,7 +16,7 @@ from geometry_msgs.msg import (
     TransformStamped,
 )
 from move_base_msgs.msg import MoveBaseActionGoal
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import JointState, Range
 from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
@@ -121,6 +121,18 @@ def test_a_pose_with_covariance_has_the_handle_of_a_pose(scene, seen, message_cl
     (handle,) = seen.handles.values()
     assert (handle.name, handle.frame, handle.pose[:3]) == ('/where', 'odom', (1.0, 2.0, 0.0))
     assert handle.motions(lambda _: True).arrows == (True, True, False)
+
+
+def test_an_occupancy_grid_has_a_handle_on_its_origin(scene, seen):
+    message = OccupancyGrid(data=[0])
+    message.header.frame_id = 'map'
+    message.info.resolution, message.info.width, message.info.height = 0.05, 1, 1
+    message.info.origin.position.x = tracked(-10.0)
+    message.info.origin.orientation.z, message.info.origin.orientation.w = plain_math.sin(0.2), plain_math.cos(0.2)
+    take(scene, '/map', message)
+    (handle,) = seen.handles.values()
+    assert (handle.name, handle.frame, handle.pose[:3]) == ('/map', 'map', (-10.0, 0.0, 0.0))
+    assert handle.motions(lambda _: True).arrows == (True, False, False)
 
 
 def transform(child, x):

@@ -37,6 +37,7 @@ DISPLAYS = {
     'geometry_msgs/PoseArray': DisplayKind('rviz/PoseArray'),
     'geometry_msgs/PoseStamped': DisplayKind('rviz/Pose'),
     'geometry_msgs/PoseWithCovarianceStamped': DisplayKind('rviz/PoseWithCovariance'),
+    'nav_msgs/OccupancyGrid': DisplayKind('rviz/Map'),
     'nav_msgs/Odometry': DisplayKind('rviz/Odometry'),
     'nav_msgs/Path': DisplayKind('rviz/Path'),
     'visualization_msgs/Marker': DisplayKind('rviz/Marker', 'Marker Topic'),

@@ -19,7 +19,7 @@ from geometry_msgs.msg import (
     PoseStamped,
     PoseWithCovarianceStamped,
 )
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from tf2_msgs.msg import TFMessage
 
 from rosslt.markers.geometry import IDENTITY, PoseTuple
@@ -83,6 +83,11 @@ def pose_with_covariance(
     yield topic, _on_pose(topic, message.header.frame_id, message.pose.pose, settings, has_arrows=True)
 
 
+def occupancy_grid(topic: str, message: OccupancyGrid, settings: Settings) -> Iterator[Named]:
+    """An OccupancyGrid: one handle on its origin, the corner of its first cell, with arrows."""
+    yield topic, _on_pose(topic, message.header.frame_id, message.info.origin, settings, has_arrows=True)
+
+
 def point_stamped(topic: str, message: PointStamped, settings: Settings) -> Iterator[Named]:
     """A PointStamped: one handle."""
     yield topic, _on_point(topic, message.header.frame_id, message.point, settings, OVER_POINT)
@@ -140,6 +145,7 @@ KINDS: Dict[str, MessageKind] = {
     'geometry_msgs/PoseArray': MessageKind(pose_array),
     'geometry_msgs/PoseStamped': MessageKind(pose_stamped),
     'geometry_msgs/PoseWithCovarianceStamped': MessageKind(pose_with_covariance),
+    'nav_msgs/OccupancyGrid': MessageKind(occupancy_grid),
     'nav_msgs/Odometry': MessageKind(pose_with_covariance),
     'nav_msgs/Path': MessageKind(path),
     'sensor_msgs/JointState': MessageKind(joint_state, is_partial=True),
