@@ -24,6 +24,7 @@ def rows(text):
         "stops = [{'x': 1.0, 'y': 2.0}, {'x': 3.0, 'y': 4.0}]",
         "self.places = {'kitchen': [1.0, 2.0], 'hall': [3.0, 4.0]}",
         "stops = [Stop('a', 1.0, y=2.0), Stop('b', 3.0, y=4.0)]",
+        'stops = [(SCALE * 1.0, 2.0 + base[0]), (SCALE * -3.0, 4.0)]',
     ],
 )
 def test_rows_that_are_alike_make_a_table(text):
@@ -44,6 +45,12 @@ def test_rows_that_are_alike_make_a_table(text):
 )
 def test_other_containers_have_no_rows(text):
     assert set(rows(text)) == {None}
+
+
+def test_names_stand_for_other_rows_of_a_table():
+    text = "a = {'dock': DOCK, 'gate': {'x': DOCK.x + 1.0, 'y': 2.0}, 'shed': {'x': 3.0, 'y': 4.0}, 'far': b['shed']}"
+    assert rows(text) == ['1:5[1]', '1:5[1]', '1:5[2]', '1:5[2]']
+    assert set(rows("a = {'size': [1.0, 2.0], 'name': name, 'of': other}")) == {None}
 
 
 def test_of_tables_of_tables_the_inner_ones_have_the_rows():

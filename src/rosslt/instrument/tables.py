@@ -7,15 +7,16 @@ import ast
 from typing import Any, Dict, List, Tuple
 
 _Shape = Tuple[Any, ...]
-_NUMBER: _Shape = ('number',)
-_OTHER: _Shape = ('other',)
+
+#: The shape of what is no row: a number, a text, a name, or a formula of these.
+_LEAF: _Shape = ('leaf',)
 
 
 def rows_of_literals(tree: ast.AST) -> Dict[int, str]:
     """{id of a number literal: the row that it is in}, `12:9[1]` for row 1 of the table at line 12 and column 9.
 
-    A row is a list, a tuple, a dictionary or a call with a number in it. Of tables of tables, the rows are those of the
-    inner ones. Literals in no table are left out.
+    A row is a list, a tuple, a dictionary or a call; its numbers may stand in formulas, and names may stand for other
+    rows. Of tables of tables, the rows are those of the inner ones. Literals in no table are left out.
     """
     found: Dict[int, str] = {}
     for node in ast.walk(tree):  # from the outside inward
@@ -33,17 +34,13 @@ def _rows(node: ast.AST) -> List[ast.expr]:
         rows = node.values
     else:
         return []
-    shapes = set(map(_shape, rows))
-    is_table = len(rows) > 1 and len(shapes) == 1 and _NUMBER not in shapes and _has_number(shapes.pop())
+    shapes = [_shape(row) for row in rows if not isinstance(row, (ast.Name, ast.Attribute, ast.Subscript))]
+    is_table = len(shapes) > 1 and len(set(shapes)) == 1 and shapes[0] != _LEAF and any(map(_has_number, rows))
     return rows if is_table else []
 
 
 def _shape(node: ast.AST) -> _Shape:
     """What rows that are alike have in common."""
-    if isinstance(node, ast.UnaryOp):
-        return _shape(node.operand)
-    if isinstance(node, ast.Constant):
-        return _NUMBER if type(node.value) in (int, float) else _OTHER
     if isinstance(node, (ast.List, ast.Tuple)):
         return ('list', *map(_shape, node.elts))
     if isinstance(node, ast.Dict):
@@ -52,8 +49,8 @@ def _shape(node: ast.AST) -> _Shape:
     if isinstance(node, ast.Call):
         keywords = [(keyword.arg, _shape(keyword.value)) for keyword in node.keywords]
         return ('call', ast.dump(node.func), *map(_shape, node.args), *keywords)
-    return _OTHER
+    return _LEAF
 
 
-def _has_number(shape: _Shape) -> bool:
-    return shape == _NUMBER or any(_has_number(part) for part in shape if isinstance(part, tuple))
+def _has_number(row: ast.AST) -> bool:
+    return any(isinstance(part, ast.Constant) and type(part.value) in (int, float) for part in ast.walk(row))
