@@ -134,6 +134,15 @@ def test_in_2d_things_move_in_x_and_y_and_turn_around_z():
     assert len(wanted) == 2, 'z is not asked for'
 
 
+def test_in_2d_heights_have_no_handles():
+    message = marker()
+    for number, axis in enumerate('xyz'):
+        setattr(message.scale, axis, tracked(2.0, number))
+    assert set(handles(message, is_planar=True)) == {'/topic:thing:0:scale.x', '/topic:thing:0:scale.y'}
+    message.pose.orientation = roll_pitch_yaw(plain_math.pi / 2, 0.0, 0.0)
+    assert set(handles(message, is_planar=True)) == {'/topic:thing:0:scale.x', '/topic:thing:0:scale.z'}
+
+
 def test_what_is_not_tracked_has_no_handle():
     assert not handles(marker())
     assert not handles(marker(Marker.LINE_STRIP))

@@ -219,6 +219,11 @@ class ScaleHandle(Handle):
         place = x, y, z, *rotation
         super().__init__(name, frame, place, size, draw_key, [scale], lambda: [cube(size, color)], thing=thing)
 
+    @property
+    def is_upright(self) -> bool:
+        """Whether it moves along z of its frame."""
+        return math.isclose(abs(self._direction[2]), 1.0)
+
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose; a size moves along its axis, and no other way."""
         del moved, turned

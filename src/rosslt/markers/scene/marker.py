@@ -82,7 +82,8 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
             for index, point in points
         )
     if can_be_scaled:
-        handles.extend(scale_handles(name, frame, place, marker, has_points, size))
+        sizes = scale_handles(name, frame, place, marker, has_points, size)
+        handles.extend(one for one in sizes if not (settings.is_planar and one.is_upright))
     return handles
 
 
