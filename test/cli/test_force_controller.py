@@ -230,9 +230,11 @@ def test_a_target_that_is_latched_for_a_leg_keeps_its_change(tmp_path, master):
 # Its targets are rows of a table in the code and of a parameter, scaled and moved by numbers that all of them share.
 SHARING = """
 import rospy
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, Pose, PoseArray
 
 STOPS = [{'x': 2.0, 'y': -5.0}, {'x': 4.0, 'y': 3.0}]
+DOCK = {'x': -2.0, 'y': 1.0}
+BESIDE_X, BESIDE_Y = 0.5, 0.75
 SCALE = 1.5
 OFFSET = {'x': 0.5, 'y': 0.25}
 
@@ -240,6 +242,7 @@ rospy.init_node('sharing')
 shelves = rospy.get_param('~shelves', [[1.0, 2], [30.0, 40]])
 stops, rate = rospy.Publisher('sharing/stop', PointStamped, queue_size=10), rospy.Rate(20)
 shelf = rospy.Publisher('sharing/shelf', PointStamped, queue_size=10)
+all_places = rospy.Publisher('sharing/all', PoseArray, queue_size=10)
 at = 1
 while not rospy.is_shutdown():
     message = PointStamped()
@@ -250,6 +253,11 @@ while not rospy.is_shutdown():
     message.point.x = shelves[at][0] * SCALE + OFFSET['x']
     message.point.y = shelves[at][1] * SCALE + OFFSET['y']
     shelf.publish(message)
+    places = PoseArray(poses=[Pose(), Pose()])
+    dock, gate = (pose.position for pose in places.poses)
+    dock.x, dock.y = DOCK['x'], DOCK['y']
+    gate.x, gate.y = DOCK['x'] + BESIDE_X, DOCK['y'] + BESIDE_Y
+    all_places.publish(places)
     rate.sleep()
 """
 
@@ -271,6 +279,12 @@ def test_what_a_target_has_for_itself_changes_first(sharing):
     assert changed('/sharing/shelf/point/y', '6.25') == {'/sharing/~shelves/1/1': '4'}
     told = failure('force', '/sharing/shelf/point/y', '7')
     assert 'whole' in told, told
+
+
+def test_what_others_of_a_message_come_from_stays(sharing):
+    both = {'/sharing/BESIDE_X': '3.0', '/sharing/BESIDE_Y': '-1.0'}
+    assert changed('/sharing/all/poses[1]/position', '{x: 1, y: 0, z: 0}') == both
+    assert changed('/sharing/all/poses[0]/position/x', '-3') == {'/sharing/DOCK_x': '-3.0'}
 
 
 def test_what_a_target_has_for_itself_is_told_first(sharing):

@@ -218,6 +218,10 @@ def test_a_sum_that_is_made_anew_in_every_round_is_no_state():
     assert [name for _, name in judged(text)] == ['named', 'term']
 
 
+def test_numbers_of_several_names_are_named():
+    assert [name for _, name in judged('x, y = 4.0, -2.0')] == ['named', 'named']
+
+
 def test_an_angle_that_is_normalized_is_no_state():
     text = 'def normalize(a):\n    while a > 3.0:\n        a -= 6.0\n    return a\n'
     assert judged(text) == [('3.0', 'comparison'), ('6.0', 'term')]

@@ -62,7 +62,7 @@ class Known:
     def rank(self, _source):
         return 0
 
-    def held(self, _thing):
+    def held(self, _thing, _shared):
         return []
 
     def look_up(self, sources):

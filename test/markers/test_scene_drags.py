@@ -196,8 +196,8 @@ def take(scene, message):
     scene.take('/boxes', message, is_shown=True)
 
 
-def box_at(x, frame='world'):
-    marker = Marker(type=Marker.CUBE)
+def box_at(x, frame='world', number=0):
+    marker = Marker(type=Marker.CUBE, id=number)
     marker.header.frame_id = frame
     marker.pose.position.x = x
     return marker
@@ -286,7 +286,25 @@ def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
     drags.chosen['/boxes::0'] = (C,)
     assert drags.move('/boxes::0', 'world', at(2.0))
     wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
-    wait_until(lambda: notes.said == [f'{C} moves others of its kind, too'], 'the hand to be told')
+    wait_until(lambda: notes.said == [f'{C} moves others, too'], 'the hand to be told')
+
+
+def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
+    """As the dock that a gate is beside."""
+    monkeypatch.setattr(node, 'directory', node.Directory)
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    dock = values.track(5.0, A)
+    take(scene, box_at(dock + values.track(0.5, B)))
+    take(scene, box_at(dock, number=1))
+    drags = Drags(scene, Rules(is_live=False), str)
+    for step, handle, wanted in ((1, '/boxes::0', {B: 1.5}), (2, '/boxes::1', {A: 6.0})):
+        start = float(scene.handle(handle).pose[0])
+        assert drags.hold(handle, frame='world', pose=at(start))
+        assert drags.release(handle, 'world', at(start + 1.0))
+        wait_until(lambda: len(asked) == step, 'the change to be asked for')
+        assert asked[-1] == wanted
+    assert not notes.said
 
 
 def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
@@ -356,7 +374,7 @@ class Failing:
         monkeypatch.setattr(self.scene, 'let_go', lambda name, request=None: self.let_go.append((name, request)))
         self.drags = Drags(self.scene, Rules(rate=1000.0), str)
 
-    def plan(self, *_arguments):
+    def plan(self, *_arguments, **_options):
         self.tried.append(True)
         raise ArithmeticError('of all things')
 

@@ -72,7 +72,7 @@ class Known:
     def rank(self, source):
         return source.location_id % 2
 
-    def held(self, _thing):
+    def held(self, _thing, _shared):
         return []
 
     def own_first(self, sources):

@@ -76,7 +76,7 @@ class Simulated:
             {
                 'limits': self.limits,
                 'learn': lambda _, sources, timeout: None,
-                'held': lambda _, thing: [],
+                'held': lambda _, thing, shared: [],
                 'own_first': lambda _, sources: list(sources),
                 'name': staticmethod(self.name_of),
                 'at_next_start': staticmethod(lambda source: self.late.get(source, '')),

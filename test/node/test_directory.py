@@ -1,11 +1,12 @@
 """The directory of sources: when owners are asked, and what is told of them."""
 
 import importlib
+import itertools
 import threading
 
 import pytest
 
-from rosslt import msg, srv, values
+from rosslt import math, msg, srv, values
 from rosslt.node.locations.directory import Directory, Place, listed
 from support.processes import wait_until
 
@@ -76,9 +77,30 @@ def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
     one, other = values.track(2.0, x) * values.track(3.0, scale), values.track(1.0, line)
     assert directory.held([one, other]) == [scale]
     assert directory.held([values.track(2.0, scale), other]) == []
-    assert directory.shared([x, scale], [x, scale]) == [scale]
-    assert directory.shared([scale, line], [scale]) == []
+    assert directory.shared([one, other], [], [x, scale]) == [scale]
+    assert directory.shared([other], [], [line]) == []
     assert directory.own_first([scale, line, x]) == [x, scale, line]
+
+
+def test_what_other_things_come_from_stays_if_the_rest_is_enough():
+    """A gate beside a dock; the tip of an arm of three joints whose elbows are shown."""
+    directory, (dock, beside, angle, *joints) = told(*[''] * 6)
+    gate = [values.track(2.0, dock) + values.track(0.5, beside), 3.0 * values.track(0.4, angle)]
+    assert directory.held(gate, [{dock}, set()]) == [dock]
+    assert directory.shared(gate, [{dock}, set()], [dock]) == []
+    assert directory.held(gate, [{dock, beside}, set()]) == []
+    assert directory.shared(gate, [{dock, beside}, set()], [dock]) == [dock]
+    angles = list(itertools.accumulate(values.track(0.3, joint) for joint in joints))
+    tip = [sum(map(way, angles)) for way in (math.cos, math.sin)]
+    assert directory.held(tip, [set(joints[:2])] * 2) == [], 'the last joint alone cannot go everywhere'
+    assert directory.held(tip, [set(joints[:1])] * 2) == joints[:1]
+
+
+def test_a_locked_number_or_a_factor_is_not_enough():
+    for fields in ({'read_only': True}, {'rank': 2}):
+        directory, (dock, beside) = told('', '')
+        directory.take('/owner', [msg.Location(id=1, name='beside', **fields)])
+        assert directory.held([values.track(2.0, dock) + values.track(0.5, beside)], [{dock}]) == []
 
 
 @pytest.mark.parametrize(

@@ -235,6 +235,13 @@ def test_a_point_moves_as_many_joints_as_it_has_coordinates():
     assert len(continued(results, point, last)) == 2
 
 
+def test_of_those_that_move_a_point_alike_the_largest_move():
+    x, y, away, turn = (Source('/n', number) for number in range(4))
+    angle = math.radians(track(90.0, turn))
+    goal = [track(4.0, x) - track(0.5, away) * math.cos(angle), track(-2.0, y) - track(0.5, away) * math.sin(angle)]
+    assert continued(goal, [3.0, -3.0], source_values(goal)) == pytest.approx({x: 3.0, y: -2.5})
+
+
 def test_where_few_joints_do_not_suffice_all_move():
     """The two that move the point most may turn by 0.05 only."""
     results = arm([1.0, 0.8, 0.6, 0.4], [0.3, 0.5, 0.7, 0.9])

@@ -421,6 +421,7 @@ def _targets(statement: ast.AST) -> Set[str]:
 
 def _assigned(statement: ast.AST) -> Optional[str]:
     targets = getattr(statement, 'targets', None) or [getattr(statement, 'target', None)]
+    targets = [part for target in targets for part in getattr(target, 'elts', [target])]
     return None if isinstance(statement, ast.AugAssign) else next(filter(None, map(dotted, targets)), None)
 
 

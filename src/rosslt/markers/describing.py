@@ -75,9 +75,9 @@ class Descriptions:
         place = self._directory.of(source)
         return 0 if place is None else place.location.rank
 
-    def held(self, thing: Sequence[Any]) -> List[values.Source]:
+    def held(self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]]) -> List[values.Source]:
         """The sources that stay if a thing changes, as of `Directory.held`."""
-        return self._directory.held(thing)
+        return self._directory.held(thing, shared)
 
     def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
         """The sources of a thing, first those that are its own, as of `Directory.own_first`."""

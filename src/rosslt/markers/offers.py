@@ -46,7 +46,8 @@ class Offers(NamedTuple):
     def choices(self, handle: Handle) -> List[Choice]:
         """The sources that a drag of a thing may change, the default first."""
         fixed = self.descriptions.fixed(values.sources(handle.tracked))
-        return choices_of(handle.tracked, fixed, self.descriptions.held(handle.tracked))
+        held = self.descriptions.held(handle.tracked, self.scene.shared(handle))
+        return choices_of(handle.tracked, fixed, held)
 
     def title(self, choice: Choice) -> str:
         """The text of a choice."""

@@ -215,9 +215,10 @@ def _planned(
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
     part = field_of(message, field)
     thing = node.tracked_of_thing(message, field) if chosen is None else []
+    shared = node.shared_in(message, field) if chosen is None else []
     directory.learn(values.sources(thing))
     limits = directory.limits(values.sources(part), TIMEOUT)
-    limits['read_only'] = [*limits['read_only'], *directory.held(thing)]
+    limits['read_only'] = [*limits['read_only'], *directory.held(thing, shared)]
     new = node.solve_by_effect(part, wanted, chosen, limits)
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

@@ -43,6 +43,7 @@ def plan(
     may_leap: bool = False,
     resolution: float = 0.0,
     thing: Optional[Sequence[Any]] = None,
+    shared: Sequence[Collection[values.Source]] = (),
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -58,6 +59,7 @@ def plan(
         resolution: the least difference that the hand can make, in the unit of the tracked values: floats become as
             round as that allows.
         thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
+        shared: of each of these, as of `Directory.held`.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -68,7 +70,7 @@ def plan(
     present = values.source_values(tracked)
     limits = node.limits(list(present), timeout)
     if thing is not None and not chosen:
-        held = node.directory().held(thing)
+        held = node.directory().held(thing, shared)
         chosen = [source for source in values.sources(thing) if source not in held]
     if chosen:
         limits['read_only'] = [*limits['read_only'], *(source for source in present if source not in chosen)]

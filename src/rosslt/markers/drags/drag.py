@@ -23,6 +23,7 @@ class Drag:
     Attributes:
         held: the sources of the thing that the hand has taken hold of. It changes no others.
         chosen: those of them that a person has chosen. If there are any, it changes these alone.
+        shared: of each number of the thing, the sources that moved other things as well.
         pose: where the hand has it now.
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
@@ -41,6 +42,7 @@ class Drag:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.chosen: Collection[values.Source] = ()
+        self.shared: Sequence[Collection[values.Source]] = ()
         self.solved = handle
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose

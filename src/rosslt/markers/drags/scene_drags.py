@@ -165,6 +165,7 @@ class Drags:
                 return None
             self._drops.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
+            drag.shared = self._scene.shared(handle)
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -323,9 +324,17 @@ class Drags:
             return None
         timeout = self._rules.timeout
         try:
-            chosen, began, resolution = drag.chosen, drag.request.before, self._rules.resolution
             plan = changes.plan(
-                tracked, targets, chosen, timeout / 2, began, drag.followed, may_leap, resolution, drag.handle.tracked
+                tracked,
+                targets,
+                drag.chosen,
+                timeout / 2,
+                began=drag.request.before,
+                last=drag.followed,
+                may_leap=may_leap,
+                resolution=self._rules.resolution,
+                thing=drag.handle.tracked,
+                shared=drag.shared,
             )
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
@@ -374,8 +383,8 @@ class Drags:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
             reasons = reasons or ['as near as possible']
-        for source in node.directory().shared(drag.held, plan.after):
-            reasons.append(f'{self._name_of(source)} moves others of its kind, too')
+        for source in node.directory().shared(drag.handle.tracked, drag.shared, plan.after):
+            reasons.append(f'{self._name_of(source)} moves others, too')
         reasons += [stays] if stays else []
         chosen = self.chosen.get(handle.name)
         if chosen and not drag.chosen and plan.after:

@@ -15,7 +15,7 @@ import genpy
 import rospy
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosslt import node
+from rosslt import node, values
 from rosslt.markers.faults import contained
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
@@ -76,6 +76,7 @@ class Scene:
         self._said: List[Tuple[Handle, str]] = []
         self._handles: Dict[str, Handle] = {}
         self._duplicates = Duplicates()
+        self._uses = node.Uses()
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._lives: Dict[Tuple[str, Key], Tuple[rospy.Time, rospy.Time]] = {}  # (topic, key) -> shown from, and until
@@ -95,6 +96,11 @@ class Scene:
         """The handle of that name, or None. Another message has shown it since if it is another object than before."""
         with self._lock:
             return self._handles.get(name)
+
+    def shared(self, handle: Handle) -> List[Set[values.Source]]:
+        """Of each tracked number of a handle, the sources that move other things as well, as of `node.Uses`."""
+        with self._lock:
+            return self._uses.shared(handle.name, handle.tracked)
 
     def names(self) -> List[str]:
         """The names of all handles that are shown."""
@@ -274,11 +280,13 @@ class Scene:
         self._handles[name] = handle
         if name in self._holds:
             self._holds[name].see(handle)
+        self._uses.put(name, handle.tracked)
         self._changed.update(self._duplicates.put(handle))
         self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         if self._handles.pop(name, None) is not None:
+            self._uses.drop(name)
             self._changed.update(self._duplicates.drop(name))
             self._changed.add(name)
 

@@ -208,6 +208,7 @@ def solved(
     timeout: float,
     solve: Callable[[Dict[str, Any]], _Solved],
     thing: Sequence[Any] = (),
+    shared: Sequence[Collection[values.Source]] = (),
 ) -> _Solved:
     """The result of solving within what the owners of sources allow; if that is impossible, with those that take effect
     at the next start only; at last with read-only ones.
@@ -215,13 +216,13 @@ def solved(
     Args:
         timeout: how long to wait for what the owners say, in seconds.
         solve: called with the limits, as arguments of `values.solve`.
-        thing: as in `Directory.held`.
+        thing, shared: as in `Directory.held`.
 
     Raises:
         values.NotInvertible: as in `solve`.
     """
     asker.directory.learn(values.sources(thing), timeout)
-    limits, held = asker.directory.limits(sources, timeout), asker.directory.held(thing)
+    limits, held = asker.directory.limits(sources, timeout), asker.directory.held(thing, shared)
     fixed = limits['read_only']
     try:
         return solve({**limits, 'read_only': [*fixed, *held]})

@@ -4,7 +4,7 @@ import contextlib
 import dataclasses
 import re
 import time
-from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 
@@ -21,6 +21,7 @@ from rosslt.node.change.client import (
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import MOST_NAMED, Observation, comes_from, is_alike, observe
+from rosslt.node.locations.uses import Uses
 from rosslt.node.robot_description import check_joint_limits
 from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
@@ -36,6 +37,8 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
+
+_INDEX = re.compile(r'\[\d+\]')
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
@@ -103,10 +106,26 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
 
 def tracked_of_thing(message: messages.Message, path: str) -> List[Any]:
     """The tracked numbers of what a field is a part of: all coordinates of a point, whichever of them is meant."""
-    part, _ = messages.part_at(message, path)
-    if isinstance(values.untracked(part), (int, float, str)):
-        part, _ = messages.part_at(message, re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path))
+    part, _ = messages.part_at(message, _thing_at(message, path))
     return [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+
+
+def shared_in(message: messages.Message, path: str) -> List[Set[Source]]:
+    """Of each of the numbers that `tracked_of_thing` gives, the sources that move others of its kind as well, as of
+    `Uses.shared`: those at the same place in other elements of an array of the message."""
+    thing, uses = _thing_at(message, path).strip('/').replace('/', '.'), Uses()
+    kind = _INDEX.sub('', thing)
+    for where, leaf in values.leaves(message) if kind != thing else ():
+        is_own = where == thing or where.startswith((thing + '.', thing + '['))
+        if _INDEX.sub('', where).startswith(kind + '.') and not is_own and values.is_tracked(leaf):
+            uses.put(where, [leaf])
+    return uses.shared(thing, tracked_of_thing(message, path))
+
+
+def _thing_at(message: messages.Message, path: str) -> str:
+    part, _ = messages.part_at(message, path)
+    is_number = isinstance(values.untracked(part), (int, float, str))
+    return re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path) if is_number else path
 
 
 def solve_by_effect(
@@ -249,6 +268,7 @@ class Forcing:
         if first is None:
             raise ValueError(f'the message has no field {self.path}')
         self._of_thing = tracked_of_thing(heard.message, self.path) if self.sources is None else []
+        self._shared = shared_in(heard.message, self.path) if self.sources is None else []
         messages.check_range(*messages.part_at(heard.message, self.path), self.wanted)
         check_joint_limits(heard.topic, heard.message, self.path, self.wanted)
         if first.is_reached:
@@ -330,6 +350,7 @@ class Forcing:
                 OWNER_TIMEOUT,
                 lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
                 self._of_thing,
+                self._shared,
             )
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:

@@ -14,6 +14,7 @@ import threading
 import time
 from typing import Any, Callable, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
+import numpy
 import rospy
 
 from rosslt import msg, srv, values
@@ -230,24 +231,54 @@ class Directory:
             limits['weights'] = weights
         return limits
 
-    def held(self, thing: Sequence[Any]) -> List[values.Source]:
+    def held(self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]] = ()) -> List[values.Source]:
         """What stays if a thing changes, as far as known: all else of each number that comes from what is its own.
 
         If a thing comes from a single row of a table, as of a list of waypoints, it is one of several things, and the
-        numbers of the row are its own.
+        numbers of the row are its own. Of other numbers, what is shared stays, if the thing can go all ways without it.
 
         Args:
             thing: its tracked numbers.
+            shared: of each of these, the sources that move other things as well, as of `Uses.shared`.
         """
         single = self._single_rows(values.sources(thing))
         own = {place.source for place in single if not place.is_fixed and place.location.rank < SHAPE_RANK}
         concerned = [sources for sources in map(values.sources, thing) if own.intersection(sources)]
-        return [source for sources in concerned for source in sources if source not in own]
+        held = [source for sources in concerned for source in sources if source not in own]
+        if not any(shared):
+            return held
+        free = {
+            source: ways
+            for source, ways in values.slopes(list(thing)).items()
+            if self._is_willing(source) and source not in held
+        }
+        stays: Set[values.Source] = set()
+        for number, others in zip(thing, shared):
+            if free.keys() & set(values.sources(number)) - set(others):
+                stays.update(others)
+        left = [ways for source, ways in free.items() if source not in stays]
+        is_enough = left and numpy.linalg.matrix_rank(left) == numpy.linalg.matrix_rank(list(free.values()))
+        return [*held, *(source for source in free if source in stays)] if is_enough else held
 
-    def shared(self, thing: Collection[values.Source], changed: Iterable[values.Source]) -> List[values.Source]:
-        """Those of changed sources of a thing that others of its kind come from as well, as far as known."""
-        own = [place.source for place in self._single_rows(thing)]
-        return [source for source in changed if own and source not in own]
+    def _is_willing(self, source: values.Source) -> bool:
+        """Return False for a source that takes no change, or is changed after those that people have named."""
+        place = self.of(source)
+        return place is None or not (place.is_fixed or place.location.rank)
+
+    def shared(
+        self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
+    ) -> List[values.Source]:
+        """Those of changed sources that move others as well, although the thing has some of its own, or some of its
+        numbers have none that do not.
+
+        Args:
+            thing, shared: as of `held`.
+        """
+        own = [place.source for place in self._single_rows(values.sources(thing))]
+        alone = {
+            one for number, others in zip(thing, shared) for one in others if set(values.sources(number)) <= set(others)
+        }
+        return [source for source in changed if source in alone or (own and source not in own)]
 
     def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
         """The sources of a thing, first those that are its own, as far as known: the numbers of a single row of a

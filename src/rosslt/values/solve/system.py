@@ -65,7 +65,7 @@ class System(Descents):
         """As many unknowns as the results can move in ways at the present values: three for a point.
 
         Each is the one that moves the results most, in its scale, in a way that those before it do not (QR with column
-        pivoting; Golub and Van Loan, Matrix Computations, section 5.4).
+        pivoting; Golub and Van Loan, Matrix Computations, section 5.4); of those that move them alike, the largest.
 
         Raises:
             ArithmeticError, ValueError, TypeError: the slopes are not defined there.
@@ -79,7 +79,8 @@ class System(Descents):
         found: List[int] = []
         least = RELATIVE * max(lengths)
         while len(found) < len(rows) and max(lengths) > least:
-            found.append(lengths.index(max(lengths)))
+            alike = [place for place, length in enumerate(lengths) if length >= max(lengths) * (1.0 - RELATIVE)]
+            found.append(max(alike, key=lambda place: abs(self.start[place])))
             along = [part / lengths[found[-1]] for part in columns[found[-1]]]
             for column in columns:
                 shared = sum([part * way for part, way in zip(column, along)])
