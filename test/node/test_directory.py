@@ -100,7 +100,9 @@ def test_a_locked_number_or_a_factor_is_not_enough():
     for fields in ({'read_only': True}, {'rank': 2}):
         directory, (dock, beside) = told('', '')
         directory.take('/owner', [msg.Location(id=1, name='beside', **fields)])
-        assert directory.held([values.track(2.0, dock) + values.track(0.5, beside)], [{dock}]) == []
+        gate = [values.track(2.0, dock) + values.track(0.5, beside)]
+        assert directory.held(gate, [{dock}]) == []
+        assert directory.shared(gate, [{dock}], [dock]) == [dock]
 
 
 @pytest.mark.parametrize(

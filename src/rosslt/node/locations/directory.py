@@ -268,17 +268,20 @@ class Directory:
     def shared(
         self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
     ) -> List[values.Source]:
-        """Those of changed sources that move others as well, although the thing has some of its own, or some of its
-        numbers have none that do not.
+        """Those of changed sources that move others as well, although the thing has some of its own, or as one of its
+        numbers has none that people have named.
 
         Args:
             thing, shared: as of `held`.
         """
         own = [place.source for place in self._single_rows(values.sources(thing))]
-        alone = {
-            one for number, others in zip(thing, shared) for one in others if set(values.sources(number)) <= set(others)
+        needed = {
+            one
+            for number, others in zip(thing, shared)
+            if not any(source not in others and self._is_willing(source) for source in values.sources(number))
+            for one in others
         }
-        return [source for source in changed if source in alone or (own and source not in own)]
+        return [source for source in changed if source in needed or (own and source not in own)]
 
     def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
         """The sources of a thing, first those that are its own, as far as known: the numbers of a single row of a
