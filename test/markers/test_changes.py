@@ -176,6 +176,14 @@ def test_a_source_at_its_bound_is_not_rounded_beyond_it(monkeypatch):
         assert found == {SHOULDER: pytest.approx(expected, abs=1e-12)}
 
 
+def test_what_comes_as_near_as_possible_is_round_as_well(monkeypatch):
+    """As where somebody has locked the x of a point."""
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': [SHOULDER]})
+    at = [values.track(4.0, SHOULDER), values.track(-2.0, ELBOW)]
+    found = changes.plan(at, [4.5, -1.710702896118164], resolution=2e-3)
+    assert (found.after, found.gap) == ({ELBOW: -1.71}, pytest.approx(0.5))
+
+
 @pytest.mark.parametrize('kind', [float, int])
 def test_what_is_a_things_own_changes_alone_and_is_what_the_menu_says(no_limits, monkeypatch, kind):
     """As the row of a waypoint beside a scale and an offset that all waypoints share."""

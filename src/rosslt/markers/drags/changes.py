@@ -84,9 +84,11 @@ def plan(
                 return Plan(present, _rounded(after, present, tracked, resolution, limits))
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
-        after, gap = _nearest(tracked, targets, values.source_values(tracked), limits)
+        began_here = values.source_values(tracked)
+        after, gap = _nearest(tracked, targets, began_here, limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
+        after = _rounded(after, began_here, tracked, resolution, limits)
         # Changes that the drag has made already are part of the answer, also if nothing comes nearer.
         moved = last or {source: value for source, value in here.items() if value != present.get(source, value)}
         after = {**moved, **after}
