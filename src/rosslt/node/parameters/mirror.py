@@ -149,7 +149,8 @@ class Parameters:
         elif type(said) is not type(literal) or said != literal:
             why = f'now says {location.literal!r} where it said {said!r}'
         if why:
-            rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, key, value)
+            if value != location.literal:
+                rospy.loginfo('%s %s: the parameter %s = %r of it is dropped', location.place, why, key, value)
             return None
         try:
             return location.checked(value)
