@@ -189,7 +189,7 @@ def solve_one(
             return {source: new for source, new in found.items() if not _is_present(graph, source, new)}
     raise NotInvertible(
         'cannot make %s become %s: %s'
-        % (brief(value), written(target), '; '.join(reasons[:4]) or 'every source is already used by another target')
+        % (brief(value), written(target), '; '.join(reasons[:4]) or 'the other targets fix all that it comes from')
     )
 
 
