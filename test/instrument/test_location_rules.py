@@ -218,6 +218,18 @@ def test_a_sum_that_is_made_anew_in_every_round_is_no_state():
     assert [name for _, name in judged(text)] == ['named', 'term']
 
 
+@pytest.mark.parametrize(
+    'text',
+    [
+        'class Tank:\n    radius: float = 1.0\n    views: int = 4',
+        'class Tank:\n    views = 4\nfor i in range(TANK.views): pass',
+        'TANK = Tank(views=4)\nfor i in range(TANK.views): pass',
+    ],
+)
+def test_a_field_that_is_an_int_or_counts_stays_whole(text):
+    assert ('4', 'counting name') in judged(text)
+
+
 def test_numbers_of_several_names_are_named():
     assert [name for _, name in judged('x, y = 4.0, -2.0')] == ['named', 'named']
 

@@ -96,6 +96,11 @@ def test_what_other_things_come_from_stays_if_the_rest_is_enough():
     assert directory.held(tip, [set(joints[:1])] * 2) == joints[:1]
 
 
+def test_numbers_of_the_same_rank_count_alike():
+    directory, (dock, beside) = told('', '', rank=1)
+    assert directory.held([values.track(2.0, dock) + values.track(0.5, beside)], [{dock}]) == [dock]
+
+
 def test_a_locked_number_or_a_factor_is_not_enough():
     for fields in ({'read_only': True}, {'rank': 2}):
         directory, (dock, beside) = told('', '')

@@ -175,6 +175,7 @@ class _Judge:
         self._text_of = text_of
         self._functions = own_functions(tree)
         self._counts, self._indices = _uses(tree, self._functions)
+        self._count_fields = COUNT_ATTRIBUTES | {one.split('.')[-1].lower() for one in self._counts if '.' in one}
         self._limits = _limits_of_counters(tree)
         self._strict = {id(node) for part in ast.walk(tree) if _is_strict(part) for node in ast.walk(part)}
 
@@ -225,7 +226,7 @@ class _Judge:
                     return None, found if found and (is_added_turn or not _is_constant(formula)) else 'term'
                 rule = self._of_value(parent, child is node, name, is_whole)
                 return name, 'named' if rule == 'value' and is_element and _assigned(parent) else rule
-            elif isinstance(parent, ast.keyword) and is_whole and parent.arg in COUNT_ATTRIBUTES and not in_formula:
+            elif isinstance(parent, ast.keyword) and is_whole and parent.arg in self._count_fields and not in_formula:
                 return parent.arg, 'counting name'
             child, is_element = parent, is_element and is_container
         return None, found or 'value'
@@ -341,11 +342,10 @@ class _Judge:
         if is_all and isinstance(statement, ast.AugAssign):
             return 'term'
         if is_whole and is_all:
-            if targets & self._indices:
-                return 'used as an index'
-            if targets & self._counts:
-                return 'used as a count'
-            if targets & self._limits or any(target.split('.')[-1].lower() in COUNT_ATTRIBUTES for target in targets):
+            if targets & (self._indices | self._counts):
+                return 'used as an index' if targets & self._indices else 'used as a count'
+            is_counting = bool(self._count_fields & {target.split('.')[-1].lower() for target in targets})
+            if is_counting or targets & self._limits or dotted(getattr(statement, 'annotation', None)) == 'int':
                 return 'counting name'
             owner = self._parents.get(id(statement), (None, ''))[0]
             if isinstance(owner, ast.ClassDef) and targets and all(target.isupper() for target in targets):

@@ -247,39 +247,40 @@ class Directory:
         held = [source for sources in concerned for source in sources if source not in own]
         if not any(shared):
             return held
-        free = {
-            source: ways
-            for source, ways in values.slopes(list(thing)).items()
-            if self._is_willing(source) and source not in held
+        willing = [self._willing(number) for number in thing]
+        slopes = values.slopes(list(thing))
+        free = {source: slopes[source] for sources in willing for source in sources if source not in held}
+        stays = {
+            source
+            for sources, others in zip(willing, shared)
+            if free.keys() & sources - set(others)
+            for source in free.keys() & others
         }
-        stays: Set[values.Source] = set()
-        for number, others in zip(thing, shared):
-            if free.keys() & set(values.sources(number)) - set(others):
-                stays.update(others)
         left = [ways for source, ways in free.items() if source not in stays]
         is_enough = left and numpy.linalg.matrix_rank(left) == numpy.linalg.matrix_rank(list(free.values()))
-        return [*held, *(source for source in free if source in stays)] if is_enough else held
+        return [*held, *stays] if is_enough else held
 
-    def _is_willing(self, source: values.Source) -> bool:
-        """Return False for a source that takes no change, or is changed after those that people have named."""
-        place = self.of(source)
-        return place is None or not (place.is_fixed or place.location.rank)
+    def _willing(self, number: Any) -> Set[values.Source]:
+        """Of the sources of a number that take changes, those that are changed first, by their ranks."""
+        ranks = {}
+        for source in values.sources(number):
+            place = self.of(source)
+            if place is None or not place.is_fixed:
+                ranks[source] = 0 if place is None else place.location.rank
+        return {source for source, rank in ranks.items() if rank == min(ranks.values())}
 
     def shared(
         self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
     ) -> List[values.Source]:
         """Those of changed sources that move others as well, although the thing has some of its own, or as one of its
-        numbers has none that people have named.
+        numbers has no other that is changed first.
 
         Args:
             thing, shared: as of `held`.
         """
         own = [place.source for place in self._single_rows(values.sources(thing))]
         needed = {
-            one
-            for number, others in zip(thing, shared)
-            if not any(source not in others and self._is_willing(source) for source in values.sources(number))
-            for one in others
+            one for number, others in zip(thing, shared) if self._willing(number) <= set(others) for one in others
         }
         return [source for source in changed if source in needed or (own and source not in own)]
 
