@@ -92,3 +92,18 @@ def test_what_raises_long_after_a_change_names_it_in_the_log(master):
         assert rosslt('set', '/rolling/top', '0.8').returncode == 0, 'that is not to blame'
         assert node.logged().count(told) == 1
         master.deleteParam('/rolling_place')
+
+
+def test_what_a_node_takes_and_does_not_outlive_is_not_said_to_be_set(master):
+    code = """
+        import rosslt.node.location_server as server
+
+        server.Owner.outcome_of = lambda owner, request_id: os._exit(3)
+        rosslt.location(2.0, name='scale')
+        rospy.spin()
+        """
+    with Node('dying', code) as node:
+        wait_until(lambda: '/dying/scale' in rosslt('list', '/dying').stdout, 'it has the location')
+        told = failure('set', '/dying/scale', '3')
+        assert told.startswith('rosslt set: /dying has taken the change, and does not answer since: ')
+        assert node.process.wait(30) == 3
