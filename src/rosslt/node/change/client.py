@@ -363,7 +363,8 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
 
 
 def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Tuple[Dict[str, str], Dict[str, str]]:
-    """Ask nodes what became of a request that has changed them; waits for the callbacks that are called often.
+    """Ask nodes what became of a request that has changed them; waits for a round of the main program, and for the
+    callbacks that are called often.
 
     Args:
         request_id: that of the request.
