@@ -1,5 +1,7 @@
-"""`rosslt set` says what became of a change once the callbacks of the node were called with it."""
+"""`rosslt set` says what became of a change once the callbacks of the node were called with it, and the main program
+has gone round its loop."""
 
+from concurrent.futures import ThreadPoolExecutor
 from textwrap import dedent
 
 import pytest
@@ -92,3 +94,60 @@ def test_what_raises_long_after_a_change_names_it_in_the_log(master):
         assert rosslt('set', '/rolling/top', '0.8').returncode == 0, 'that is not to blame'
         assert node.logged().count(told) == 1
         master.deleteParam('/rolling_place')
+
+
+def test_what_a_node_takes_and_does_not_outlive_is_not_said_to_be_set(master):
+    code = """
+        import rosslt.node.location_server as server
+
+        server.Owner.outcome_of = lambda owner, request_id: os._exit(3)
+        rosslt.location(2.0, name='scale')
+        rospy.spin()
+        """
+    with Node('dying', code) as node:
+        wait_until(lambda: '/dying/scale' in rosslt('list', '/dying').stdout, 'it has the location')
+        told = failure('set', '/dying/scale', '3')
+        assert told.startswith('rosslt set: /dying has taken the change, and does not answer since: ')
+        assert node.process.wait(30) == 3
+
+
+HALTING = """
+    scale = rosslt.location(2.0, name='scale')
+    print('ready', flush=True)
+    while not rospy.is_shutdown():
+        rospy.sleep(0.05)
+        1.0 / scale
+    """
+
+
+def test_a_number_that_ends_the_main_program_is_refused(master):
+    with Node('halting', HALTING) as node:
+        line = node.line_of('1.0 / scale')
+        raised = f'/halting raises ZeroDivisionError: float division by zero (halting.py:{line}), which ends the node'
+        for _ in range(2):
+            assert node.read_line() == 'ready'
+            assert failure('set', '/halting/scale', '0') == f'rosslt set: {raised}; taken back'
+            assert node.process.wait(30) == 1
+            node.start()
+            assert rosslt('get', '/halting/scale').stdout == '2.0\n'
+
+
+def test_two_who_change_what_ends_the_main_program_are_both_told(master):
+    code = HALTING.replace('1.0 / scale', "1.0 / scale / rosslt.location(3.0, name='other')")
+    with Node('stopping', code) as node, ThreadPoolExecutor(2) as pool:
+        assert node.read_line() == 'ready'
+        wait_until(lambda: '/stopping/other' in rosslt('list', '/stopping').stdout, 'it goes round')
+        told = list(pool.map(lambda name: failure('set', '/stopping/' + name, '0'), ('scale', 'other')))
+        raised = 'rosslt set: /stopping raises ZeroDivisionError: float division by zero (stopping.py:'
+        assert any(one.startswith(raised) and one.endswith('; taken back') for one in told), told
+        node.start()
+        assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
+        assert rosslt('get', '/stopping/other').stdout == '3.0\n'
+
+
+def test_two_changes_of_a_main_program_that_waits_for_long(master):
+    code = HALTING.replace('0.05', '1000')
+    with Node('pausing', code) as node, ThreadPoolExecutor(2) as pool:
+        assert node.read_line() == 'ready'
+        results = list(pool.map(lambda value: rosslt('set', '/pausing/scale', value), ('4', '5')))
+        assert [one.returncode for one in results] == [0, 0], results

@@ -468,7 +468,9 @@ def test_a_change_that_ends_the_main_loop_is_taken_back_and_named(master, tmp_pa
         with Unmodified(tmp_path, 'divider', code) as started, Listener('divider', PointStamped) as heard:
             assert heard.next().point.y == 1.0 / 7.5
             if turn == 0:
-                change('/divider', far=0.0)
+                refused = command('set', '/divider/~far', '0')
+                assert refused.returncode == 1
+                assert '/divider raises ZeroDivisionError' in refused.stderr
                 code_of_exit, _, errors = started.end()
                 assert code_of_exit == 1
                 assert 'the node ends after a change, which is taken back: /divider/far = 0.0' in errors

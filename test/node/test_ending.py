@@ -7,7 +7,7 @@ import pytest
 import rosgraph
 
 from support.processes import Node, wait_until
-from support.shell import rosslt
+from support.shell import failure, rosslt
 
 
 def state(process):
@@ -47,9 +47,11 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
             rospy.sleep(0.01)
         """
     with Node('divider', code) as node:
+        line = node.line_of('1.0 / ')
         for name, value, kept in (('gain', '0.0', 2.0), ('~scale', '0.0', 1.0)):
             assert node.read_line() == 'turned'
-            assert rosslt('set', f'/divider/{name}', value).returncode == 0
+            told = f'rosslt set: /divider raises ZeroDivisionError: float division by zero (divider.py:{line}'
+            assert failure('set', f'/divider/{name}', value).startswith(told)
             assert node.process.wait(30) == 1
             parameter = '/divider/' + name.replace('~', '') if '~' in name else '/divider/rosslt/' + name
             parameters = rosgraph.Master('/test')

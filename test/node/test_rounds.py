@@ -1,9 +1,12 @@
-"""Which loops are rounds, and which belong to the set-up."""
+"""Which loops are rounds, which belong to the set-up, and when a round is over."""
 
+import contextlib
 import textwrap
 import threading
+import time
 
 import pytest
+import rospy
 
 from rosslt.node.memory import rounds
 from rosslt.node.memory.remembered import Memory
@@ -150,3 +153,78 @@ def test_which_loops_begin_a_round(tmp_path, monkeypatch, text, begins):
     exec(compile(file.read_text(), str(file), 'exec'), names)
     names['run']()
     assert memory.has_begun is begins
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """A function that runs the body of a node's function in this thread, which is taken for the main thread."""
+    monkeypatch.setattr(rounds, 'MEMORY', Memory())
+    rounds.MEMORY.has_begun = True
+    monkeypatch.setattr(threading, 'main_thread', threading.current_thread)
+    file = tmp_path / 'node.py'
+    monkeypatch.setattr(rounds, 'is_own_module', lambda names: names.get('__file__') == str(file))
+
+    def call(text, **names):
+        file.write_text('def run():\n' + textwrap.indent(textwrap.dedent(text), '    '))
+        names.update(__file__=str(file), time=time, rospy=rospy)
+        exec(compile(file.read_text(), str(file), 'exec'), names)
+        names['run']()
+
+    return call
+
+
+def test_a_round_is_over_where_the_main_thread_waits_again(run):
+    sleep, seen = time.sleep, []
+    with contextlib.ExitStack() as stack:
+
+        def turn(count):
+            if count in (1, 2):  # two who wait, one after the other
+                watched.append(stack.enter_context(rounds.watch_round(lambda: seen.append(count))))
+            states.append([one.is_over for one in watched])
+
+        watched, states = [], []
+        run(
+            """
+            for count in range(5):
+                turn(count)
+                time.sleep(0)
+            """,
+            turn=turn,
+        )
+        assert states == [[], [False], [False, False], [True, False], [True, True]]
+        assert seen == [1, 2]
+        assert time.sleep is not sleep
+    assert time.sleep is sleep
+
+
+@pytest.mark.parametrize('text', ['look()', 'while not look():\n    time.sleep(0)'], ids=['no loop', 'it only waits'])
+def test_a_main_thread_in_no_loop_is_not_waited_for(run, text):
+    sleep, found = time.sleep, []
+
+    def look():
+        with rounds.watch_round(lambda: None) as watched:
+            found.append((watched.is_over, time.sleep is sleep))
+        return True
+
+    run(text, look=look)
+    assert found == [(True, True)]
+
+
+def test_a_main_thread_that_spins_is_not_waited_for(run, monkeypatch):
+    sleep, found = time.sleep, []
+
+    def look():
+        with rounds.watch_round(lambda: None) as watched:
+            found.append((watched.is_over, time.sleep is sleep))
+        return True
+
+    monkeypatch.setattr(rospy.core, 'is_initialized', lambda: True)
+    monkeypatch.setattr(rospy.core, 'is_shutdown', look)
+    run(
+        """
+        for _ in range(1):
+            print()
+            rospy.spin()
+        """
+    )
+    assert found[0] == (True, True)

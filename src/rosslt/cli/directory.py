@@ -45,7 +45,8 @@ def change(
     """Change sources, all or none; returns {Source: Change(old, new)}.
 
     Raises:
-        Failure: a node refuses, does not answer, or has taken the change back, as a callback of it has raised.
+        Failure: a node refuses, does not answer, has taken the change back, as it has raised an exception, or does not
+            answer any more.
     """
     request_id = node.new_request_id()
     try:
@@ -55,9 +56,12 @@ def change(
         raise Failure('; '.join(reasons)) from None
     except node.SourceUnreachable as error:
         raise cannot_reach(master, *next(iter(error.silent.items()))) from None
-    raised = node.raised_after(request_id, {source.node for source in changed}, TIMEOUT)
-    if raised:
-        raise Failure('; '.join(f'{name} raises {what}; taken back' for name, what in raised.items()))
+    raised, silent = node.raised_after(request_id, {source.node for source in changed}, TIMEOUT)
+    told = [f'{name} raises {what}; taken back' for name, what in raised.items()]
+    for name, reason in silent.items():
+        told.append(f'{name} has taken the change, and does not answer since: {problem_of(master, name) or reason}')
+    if told:
+        raise Failure('; '.join(told))
     return changed
 
 

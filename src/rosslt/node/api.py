@@ -76,8 +76,10 @@ def start() -> None:
 
 def _end_by(report: Callable[..., Any], kind: object, error: BaseException, traceback: object) -> None:
     """The main program raises an exception: report it, and take back the change that may have done it."""
+    _owner.main_ends = True
     report(kind, error, traceback)
     _take_back(error, ENDS)
+    _owner.main_ends = False
 
 
 def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:

@@ -6,6 +6,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 `/rosslt/source_change`.
 """
 
+import threading
 import time
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
@@ -21,8 +22,8 @@ from rosslt.node.change.fault_localization import described_error, locations_rea
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
-from rosslt.node.change.node_errors import CALLBACK_RAISES
-from rosslt.node.change.subscriber_calls import SubscriberCalls
+from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS
+from rosslt.node.change.subscriber_calls import AWAITED, SubscriberCalls
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.location import (
@@ -38,6 +39,7 @@ from rosslt.node.locations.report import described, why_at_next_start
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.remembered import MEMORY
+from rosslt.node.memory.rounds import watch_round
 from rosslt.node.parameters.mirror import Parameters
 from rosslt.node.parameters.sources import ReadParameters
 from rosslt.node.topics.serialization import Sending
@@ -73,6 +75,7 @@ class Owner:
         lock: that of the locations.
         access: who may change what.
         locking: the service that locks locations.
+        main_ends: whether the main program has raised an exception, and this node still sees to its changes.
     """
 
     def __init__(self) -> None:
@@ -86,6 +89,8 @@ class Owner:
         )
         self.read_parameters = ReadParameters(self, self.parameters)
         self.directory = Directory(self._described, lambda: self.name)
+        self.main_ends = False
+        self._asked = threading.Condition()
         self.history = History()
         self.look_at_files: Callable[[], None] = lambda: None
         self.make_all_known: Callable[[], None] = lambda: None
@@ -263,23 +268,40 @@ class Owner:
             rospy.logerr('%sfrom what was changed before\n%s', what_ends, raised)
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
-            if what_ends == CALLBACK_RAISES:
-                request.raised = raised
+            if what_ends in (CALLBACK_RAISES, ENDS):  # what `outcome_of` waits for
+                request.raised = f'{raised}, which ends the node' if what_ends == ENDS else raised
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
             states.append(answer.state)
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
             rospy.logerr('%safter a change, which %s: %s\n%s', what_ends, done, values, raised)
+        self._calls.look_again()
+        if what_ends == ENDS:
+            self._wait_until_asked(suspects)
         return set(states) == {APPLIED}
 
+    def _wait_until_asked(self, requests: Sequence[Request]) -> None:
+        """Wait, for AWAITED at most, until those who made requests in the last moment know what became of them: the
+        process ends."""
+        start = time.monotonic()
+        awaited = [one for one in requests if one.asked_in or one.at > start - AWAITED]
+        with self._asked:
+            self._asked.wait_for(lambda: all(one.asked_in for one in awaited), AWAITED)
+        for thread in [one.asked_in for one in awaited if one.asked_in]:
+            thread.join(max(0.0, start + AWAITED - time.monotonic()))
+
     def outcome_of(self, request_id: str) -> srv.ChangeSourcesResponse:
-        """Whether this node keeps what a request has changed, once the callbacks that it calls often were called; the
-        reason is the exception that one has raised."""
+        """Whether this node keeps what a request has changed, once the callbacks that it calls often were called and
+        the main program has gone round its loop; the reason is the exception that one has raised."""
         request = self.history.last_part(request_id)
         if request is None:
             return srv.ChangeSourcesResponse(UNKNOWN, ['this node does not know the request'], [])
-        self._calls.wait_since(request.at, lambda: request.undone)
+        with self._asked:
+            request.asked_in = threading.current_thread()
+            self._asked.notify_all()
+        with watch_round(self._calls.look_again) as main:
+            self._calls.wait_since(request.at, lambda: request.undone, lambda: main.is_over and not self.main_ends)
         if request.undone and request.raised:
             return srv.ChangeSourcesResponse(ABORTED, [request.raised], [])
         return srv.ChangeSourcesResponse(APPLIED, [], [])
@@ -302,6 +324,8 @@ class Owner:
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused if it does not."""
         self.access.check(location.name, requester)
+        if self.main_ends and requester != self.name:
+            raise Refused('the node ends: its main program has raised an exception')
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         if isinstance(location, ParameterLocation):

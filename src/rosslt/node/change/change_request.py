@@ -120,7 +120,7 @@ class ChangeRequest:
         Args:
             logged: what the log says of it, as `NodeErrors` has it; returned if no owner has taken anything back.
         """
-        told = raised_after(self.id, self.nodes, self._timeout)
+        told, _ = raised_after(self.id, self.nodes, self._timeout)
         return '; '.join(f'{node} raises {what}' for node, what in told.items()) or logged
 
     def take_back(self) -> str:

@@ -19,6 +19,7 @@ from typing import (
     Optional,
     Protocol,
     Sequence,
+    Tuple,
     TypeVar,
 )
 
@@ -361,18 +362,22 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     return Undone(outcome.changes, reasons)
 
 
-def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Dict[str, str]:
-    """{node: the exception that one of its callbacks has raised with what a request has changed, which the node has
-    taken back}; waits for the callbacks that are called often.
+def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Tuple[Dict[str, str], Dict[str, str]]:
+    """Ask nodes what became of a request that has changed them; waits for a round of the main program, and for the
+    callbacks that are called often.
 
     Args:
         request_id: that of the request.
         nodes: their full names.
-        timeout: for their answers once the callbacks were called, in seconds.
+        timeout: for their answers once the wait is over, in seconds.
+
+    Returns:
+        ({node: the exception with which it has taken the change back}, {node: why it does not answer}).
     """
     question = srv.ChangeSourcesRequest(request_id=request_id, phase=ASK)
-    answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), AWAITED + timeout)
-    return {node: '; '.join(answer.reasons) for node, answer in answers.items() if answer.state == ABORTED}
+    answers, silent = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), AWAITED + timeout)
+    raised = {node: '; '.join(answer.reasons) for node, answer in answers.items() if answer.state == ABORTED}
+    return raised, silent
 
 
 def _refusal(reasons: Dict[values.Source, str]) -> str:

@@ -1,6 +1,7 @@
 """The history of this node: who changed what, when, and from what; and how it is taken back."""
 
 import json
+import threading
 import time
 import uuid
 from collections import deque
@@ -36,9 +37,10 @@ class Request:
         changes: {Location: (value before, value after)}.
         undone: True once it has been taken back.
         raised: the exception because of which this node takes it back, '' if it does not.
+        asked_in: the thread in which somebody has asked what became of it, None if nobody has.
     """
 
-    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone', 'raised')
+    __slots__ = ('id', 'requester', 'stamp', 'at', 'changes', 'undone', 'raised', 'asked_in')
 
     def __init__(self, request_id: str, requester: str) -> None:
         self.id = request_id
@@ -48,6 +50,7 @@ class Request:
         self.changes: Dict[Location, Tuple[Scalar, Scalar]] = {}
         self.undone = False
         self.raised = ''
+        self.asked_in: Optional[threading.Thread] = None
 
 
 class History:

@@ -33,16 +33,24 @@ class SubscriberCalls:
         """Begin."""
         watch_callbacks(self._called)
 
-    def wait_since(self, changed: float, is_over: Callable[[], bool]) -> None:
+    def look_again(self) -> None:
+        """Have those who wait look at what may end their wait."""
+        with self._ended:
+            self._ended.notify_all()
+
+    def wait_since(self, changed: float, is_over: Callable[[], bool], is_main_done: Callable[[], bool]) -> None:
         """Wait until each callback that was called in the last moment before a change was called after it.
 
         Args:
             changed: the time of the change, of `time.monotonic`.
             is_over: ends the wait; looked at after each call.
+            is_main_done: what is waited for beside the callbacks.
         """
         with self._ended:
             awaited = [one for one, began in self._began.items() if changed - AWAITED <= began < changed]
-            self._ended.wait_for(lambda: is_over() or all(self._began[one] >= changed for one in awaited), AWAITED)
+            self._ended.wait_for(
+                lambda: is_over() or (is_main_done() and all(self._began[one] >= changed for one in awaited)), AWAITED
+            )
 
     def _called(self, callback: Tuple[str, str], began: float, error: Optional[Exception]) -> None:
         if error is not None:

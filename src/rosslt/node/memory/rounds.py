@@ -1,19 +1,21 @@
 """When a node's first round begins: its main thread spins or waits for a signal, or, in a loop of the node's own code,
-sleeps or asks rospy whether it is shut down.
+sleeps or asks rospy whether it is shut down. And when it has gone round that loop once more.
 
 A loop that does nothing but wait belongs to the set-up, as `while not pub.get_num_connections(): rospy.sleep(0.1)`; so
 does one that tries something until nothing is raised, and does nothing but wait between.
 """
 
 import ast
+import contextlib
 import functools
 import linecache
 import signal
 import sys
 import threading
 import time
+import traceback
 import types
-from typing import Any, Callable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 
@@ -33,21 +35,105 @@ class _Loop(NamedTuple):
 
 
 def begins_round(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function by which a main thread waits: a call of it may begin the first round."""
+    """A function by which a main thread waits: a call of it may begin the first round, or the next one."""
 
     @functools.wraps(function)
     def called(*args: object, **kwargs: object) -> Any:
-        if not MEMORY.has_begun and threading.current_thread() is threading.main_thread():
+        if (_WATCHED or not MEMORY.has_begun) and threading.current_thread() is threading.main_thread():
             frame = sys._getframe(1)
-            if is_own_module(frame.f_globals) and (function in (_SPIN, _PAUSE) or _is_in_round(frame)):
-                MEMORY.begin()
+            if is_own_module(frame.f_globals):
+                if not MEMORY.has_begun and (function in (_SPIN, _PAUSE) or _is_in_round(frame)):
+                    MEMORY.begin()
+                for one in tuple(_WATCHED):
+                    one.waits_at(frame)
         return function(*args, **kwargs)
 
     return called
 
 
+class _Hooks:
+    """The functions by which a main thread waits, replaced as long as anybody wants to know of their calls."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0
+        self._replaced: List[Tuple[Any, str, Any, Any]] = []  # (owner, name, function, its replacement)
+
+    def put(self) -> None:
+        with self._lock:
+            self._users += 1
+            if self._users == 1:
+                self._replaced = _waiting_functions()
+                for owner, name, _, replacement in self._replaced:
+                    setattr(owner, name, replacement)
+
+    def take_away(self) -> None:
+        with self._lock:
+            self._users -= 1
+            if not self._users:
+                for owner, name, function, replacement in self._replaced:
+                    if getattr(owner, name, None) is replacement:
+                        setattr(owner, name, function)
+
+
+_HOOKS = _Hooks()
+
+
 def watch_first_round() -> None:
     """Have the first round begin when it does, from now on."""
+    _HOOKS.put()
+    MEMORY.begins.append(_HOOKS.take_away)
+
+
+class Round:
+    """A round of the main thread, from now on: it is over when the thread waits again where it has waited since.
+
+    Attributes:
+        is_over: also true if the thread is in no loop that does more than wait, or spins.
+    """
+
+    def __init__(self, ends: Callable[[], None]) -> None:
+        frame = sys._current_frames().get(threading.main_thread().ident or 0)
+        self.is_over = _spins(frame) or not _is_in_round(frame)
+        self._ends = ends
+        self._places: Set[Tuple[Tuple[int, int], ...]] = set()
+
+    def waits_at(self, frame: types.FrameType) -> None:
+        """The main thread waits."""
+        running = traceback.walk_stack(frame)
+        place = tuple((id(one.f_code), line) for one, line in running if is_own_module(one.f_globals))
+        if place in self._places and not self.is_over:
+            self.is_over = True
+            self._ends()
+        self._places.add(place)
+
+
+#: The rounds that somebody waits for.
+_WATCHED: List[Round] = []
+
+
+@contextlib.contextmanager
+def watch_round(ends: Callable[[], None]) -> Iterator[Round]:
+    """Watch the Round that begins now.
+
+    Args:
+        ends: called when it is over, in the main thread.
+    """
+    watched = Round(ends)
+    if watched.is_over:
+        yield watched
+        return
+    _WATCHED.append(watched)
+    _HOOKS.put()
+    try:
+        yield watched
+    finally:
+        _HOOKS.take_away()
+        _WATCHED.remove(watched)
+
+
+def _waiting_functions() -> List[Tuple[Any, str, Any, Any]]:
+    """(owner, name, function, its replacement) of the functions by which a main thread waits."""
     watched: List[Tuple[Any, str]] = [
         *((rospy, 'is_shutdown'), (rospy, 'sleep'), (rospy, 'spin'), (rospy.Rate, 'sleep'), (time, 'sleep')),
         (signal, 'pause'),
@@ -57,16 +143,12 @@ def watch_first_round() -> None:
     for module in [one for one in list(sys.modules.values()) if isinstance(one, types.ModuleType)]:
         if is_own_module(vars(module)):
             watched += [(module, name) for name, thing in list(vars(module).items()) if id(thing) in wrapped]
-    originals = [(owner, name, getattr(owner, name)) for owner, name in watched]
-    for owner, name, original in originals:
-        setattr(owner, name, wrapped[id(original)])
+    functions = [(owner, name, getattr(owner, name)) for owner, name in watched]
+    return [(owner, name, function, wrapped[id(function)]) for owner, name, function in functions]
 
-    def restore() -> None:
-        for owner, name, original in originals:
-            if getattr(owner, name, None) is wrapped[id(original)]:
-                setattr(owner, name, original)
 
-    MEMORY.begins.append(restore)
+def _spins(frame: Optional[types.FrameType]) -> bool:
+    return any(one.f_code is _SPIN.__code__ for one, _ in traceback.walk_stack(frame)) if frame else False
 
 
 def _is_in_round(frame: Optional[types.FrameType]) -> bool:
@@ -75,8 +157,9 @@ def _is_in_round(frame: Optional[types.FrameType]) -> bool:
         if is_own_module(frame.f_globals):
             code = frame.f_code
             begin = 0 if code.co_name == '<module>' else code.co_firstlineno
+            line = frame.f_lineno or 0  # none between two lines, where another thread may see the frame
             loops = _loops_of(code.co_filename)
-            if loops is None or any(loop.first <= frame.f_lineno <= loop.last for loop in loops if loop.first >= begin):
+            if loops is None or any(loop.first <= line <= loop.last for loop in loops if loop.first >= begin):
                 return True
         frame = frame.f_back
     return False
