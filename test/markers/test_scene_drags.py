@@ -289,6 +289,24 @@ def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
     wait_until(lambda: notes.said == [f'{C} moves others, too'], 'the hand to be told')
 
 
+def test_a_hand_has_the_target_that_was_shown_when_it_took_hold(asked):
+    """A patrol goes on while the press is on its way: the next target is not what the hand has."""
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    drags = Drags(scene, Rules(), str)
+    take(scene, box_at(values.track(1.0, A)))
+    take(scene, box_at(values.track(7.0, B)))
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
+    assert drags.move('/boxes::0', 'world', at(1.5))
+    assert drags.release('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: notes.said, 'the hand to be told')
+    assert (asked, notes.said) == ([], [f'it comes from {B} now'])
+    assert drags.move('/boxes::0', 'world', at(7.0))
+    assert drags.move('/boxes::0', 'world', at(8.0))
+    wait_until(lambda: asked == [{B: 8.0}], 'the next drag to move the next target')
+
+
 def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
     """As the dock that a gate is beside."""
     monkeypatch.setattr(node, 'directory', node.Directory)

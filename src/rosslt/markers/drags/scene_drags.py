@@ -160,7 +160,7 @@ class Drags:
         """The drag of a hand, which begins at a pose if nobody has the handle; None if another hand has it."""
         drag = self._held.get(name)
         if drag is None:
-            handle = self._scene.handle(name)
+            handle = self._scene.grasped(name, pose)
             if handle is None:
                 return None
             self._drops.pop(name, None)

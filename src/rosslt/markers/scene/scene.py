@@ -17,6 +17,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import node, values
 from rosslt.markers.faults import contained
+from rosslt.markers.geometry import PoseTuple, distance
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
@@ -77,6 +78,7 @@ class Scene:
         self._handles: Dict[str, Handle] = {}
         self._duplicates = Duplicates()
         self._uses = node.Uses()
+        self._before: Dict[str, Handle] = {}  # by its name: the last one that came from other sources
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._lives: Dict[Tuple[str, Key], Tuple[rospy.Time, rospy.Time]] = {}  # (topic, key) -> shown from, and until
@@ -96,6 +98,22 @@ class Scene:
         """The handle of that name, or None. Another message has shown it since if it is another object than before."""
         with self._lock:
             return self._handles.get(name)
+
+    def grasped(self, name: str, pose: Optional[PoseTuple]) -> Optional[Handle]:
+        """The handle that a hand takes hold of; None if there is none of that name.
+
+        It is the one before, if that came from other sources and the view has still shown it: a patrol has gone on to
+        its next target in the moment of the grasp.
+
+        Args:
+            pose: where the view has shown it then; None if that is not known.
+        """
+        with self._lock:
+            handle, before = self._handles.get(name), self._before.get(name)
+            if handle is None or before is None or pose is None:
+                return handle
+            was_there = distance(pose[:3], before.pose[:3]) < distance(pose[:3], handle.pose[:3])
+            return before if was_there else handle
 
     def shared(self, handle: Handle) -> List[Set[values.Source]]:
         """Of each tracked number of a handle, the sources that move other things as well, as of `node.Uses`."""
@@ -277,16 +295,18 @@ class Scene:
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
+        if self._uses.put(name, handle.tracked) and name in self._handles:
+            self._before[name] = self._handles[name]
         self._handles[name] = handle
         if name in self._holds:
             self._holds[name].see(handle)
-        self._uses.put(name, handle.tracked)
         self._changed.update(self._duplicates.put(handle))
         self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         if self._handles.pop(name, None) is not None:
             self._uses.drop(name)
+            self._before.pop(name, None)
             self._changed.update(self._duplicates.drop(name))
             self._changed.add(name)
 

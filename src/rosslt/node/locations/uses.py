@@ -13,15 +13,17 @@ class Uses:
         self._sources: Dict[str, List[List[Source]]] = {}  # of each number of a thing, by the name of the thing
         self._users: Dict[Source, Set[Tuple[str, int]]] = {}  # (name of a thing, index of its number)
 
-    def put(self, name: str, numbers: Sequence[Any]) -> None:
-        """A thing has these numbers now."""
+    def put(self, name: str, numbers: Sequence[Any]) -> bool:
+        """A thing has these numbers now; return whether they come from other sources than before."""
         sources = [values.sources(number) for number in numbers]
-        if self._sources.get(name) != sources:
-            self.drop(name)
-            self._sources[name] = sources
-            for index, found in enumerate(sources):
-                for source in found:
-                    self._users.setdefault(source, set()).add((name, index))
+        if self._sources.get(name) == sources:
+            return False
+        self.drop(name)
+        self._sources[name] = sources
+        for index, found in enumerate(sources):
+            for source in found:
+                self._users.setdefault(source, set()).add((name, index))
+        return True
 
     def drop(self, name: str) -> None:
         """A thing is there no more."""
