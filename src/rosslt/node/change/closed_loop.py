@@ -14,7 +14,7 @@ from rosslt.node.change.change_request import ChangeRequest, Shown
 from rosslt.node.change.observation import Observation, is_alike
 from rosslt.values import Source
 
-#: The time in which messages show whether a field stands still, in seconds: nodes send one a second with its provenance.
+#: The time in which messages show whether a field stands still, in seconds: nodes send one a second with provenance.
 LOOK = 2.0
 
 
