@@ -51,7 +51,7 @@ class Leaps:
         self._may_have.discard(name)
 
     def grasped_at(self, pose: PoseTuple, handle: Handle) -> Handle:
-        """The handle that a hand takes hold of at a place: the one before a leap if that is nearer than the present.
+        """The handle that a hand takes hold of at a place: the one before a leap if that is nearer than the present one.
 
         Whoever has the present one need not wait for what the next message tells.
         """
