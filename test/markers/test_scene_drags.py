@@ -307,43 +307,6 @@ def test_a_hand_has_the_target_that_was_shown_when_it_took_hold(asked):
     wait_until(lambda: asked == [{B: 8.0}], 'the next drag to move the next target')
 
 
-@pytest.mark.parametrize('is_held', [False, True])
-def test_targets_of_the_same_numbers_are_told_apart_by_a_leap(asked, is_held):
-    """As stops at `START + i * STEP`: the node goes on while a hand holds one, or while its press is on its way."""
-    start, step = values.track(1.0, A), values.track(3.0, B)
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    drags = Drags(scene, Rules(), str)
-    for _ in range(2):
-        take(scene, box_at(start + 0 * step))
-    if is_held:
-        assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
-        take(scene, box_at(start + 1 * step))
-    take(scene, box_at(start + 1 * step))
-    assert drags.move('/boxes::0', 'world', at(1.0))
-    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
-    assert drags.release('/boxes::0', 'world', at(2.0))
-    wait_until(lambda: notes.said, 'the hand to be told')
-    assert (asked, notes.said) == ([], [drags_module.LEAPT])
-    assert drags.move('/boxes::0', 'world', at(4.0))
-    assert drags.move('/boxes::0', 'world', at(5.0))
-    wait_until(lambda: asked, 'the next drag to move what is there now')
-
-
-def test_a_thing_that_moves_by_itself_does_not_leap(asked):
-    x = values.track(1.0, A)
-    scene = Scene(Settings())
-    drags = Drags(scene, Rules(), str)
-    for shift in (0.0, 0.0):
-        take(scene, box_at(x + shift))
-    assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
-    take(scene, box_at(x + 0.25))
-    assert scene.has_leapt('/boxes::0') is None
-    take(scene, box_at(x + 0.375))
-    assert drags.move('/boxes::0', 'world', at(2.375))
-    wait_until(lambda: asked == [{A: 2.0}], 'it to follow the hand')
-
-
 def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
     """As the dock that a gate is beside."""
     monkeypatch.setattr(node, 'directory', node.Directory)

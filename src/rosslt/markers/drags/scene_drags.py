@@ -35,10 +35,6 @@ SILENCE = 3.0
 PERIOD = 0.5
 
 
-#: What is said of a thing of the same numbers that has taken the place of the one in the hand.
-LEAPT = 'its node has gone on to another one, which comes from the same numbers'
-
-
 class Rules(NamedTuple):
     """Settings: when and how sources follow hands.
 
@@ -172,6 +168,7 @@ class Drags:
             drag.shared = self._scene.shared(handle)
             if pose is not None:
                 drag.begin(frame, pose)
+            self._scene.hold(name)
         if drag.hand != hand:
             return None
         drag.heard = time.monotonic()
@@ -263,8 +260,7 @@ class Drags:
         for drag in self._held.values():
             if drag.request.after and drag.fault is None and self._why_raised(drag):
                 return drag
-            is_known = self._scene.has_leapt(drag.handle.name) is not None
-            if self._rules.is_live and drag.asked != drag.pose and is_known:
+            if self._rules.is_live and drag.asked != drag.pose:
                 wait = min(wait, drag.due - now)
                 if wait <= 0.0:
                     drag.due = now + 1.0 / self._rules.rate
@@ -376,9 +372,7 @@ class Drags:
     def _why_left(self, drag: Drag, handle: Handle) -> str:
         """Say what a thing comes from that has nothing to do with a drag any more, '' if it has."""
         sources = values.sources(list(handle.tracked))
-        if drag.has_left(sources):
-            return self._comes_from(sources)
-        return '' if self._scene.has_leapt(handle.name) is False else LEAPT
+        return self._comes_from(sources) if drag.has_left(sources) else ''
 
     def _comes_from(self, sources: List[values.Source]) -> str:
         return node.comes_from(node.directory().own_first(sources), self._name_of)

@@ -11,14 +11,9 @@ OLDER_MESSAGES = 2.0
 
 
 class Hold:
-    """A user's hold on a handle, and the wait for a message that shows the change after the release.
-
-    Attributes:
-        has_leapt: whether the handle has leapt, as of `Leaps`, since the view showed what the hand took hold of.
-    """
+    """A user's hold on a handle, and the wait for a message that shows the change after the release."""
 
     def __init__(self) -> None:
-        self.has_leapt = False
         self._request: Optional[node.ChangeRequest] = None
         self._dropped_at = 0.0
         self._is_shown = self._is_elsewhere = False  # by messages since the drop

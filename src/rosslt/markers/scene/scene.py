@@ -17,13 +17,12 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import node, values
 from rosslt.markers.faults import contained
-from rosslt.markers.geometry import PoseTuple
+from rosslt.markers.geometry import PoseTuple, distance
 from rosslt.markers.scene import marker as markers
 from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
 from rosslt.markers.scene.hold import Hold
-from rosslt.markers.scene.leaps import Leaps
 from rosslt.markers.scene.shapes import pose_tuple
 
 #: The types whose messages add and delete things one by one.
@@ -79,7 +78,7 @@ class Scene:
         self._handles: Dict[str, Handle] = {}
         self._duplicates = Duplicates()
         self._uses = node.Uses()
-        self._leaps = Leaps()
+        self._before: Dict[str, Handle] = {}  # by its name: the last one that came from other sources
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._lives: Dict[Tuple[str, Key], Tuple[rospy.Time, rospy.Time]] = {}  # (topic, key) -> shown from, and until
@@ -101,30 +100,20 @@ class Scene:
             return self._handles.get(name)
 
     def grasped(self, name: str, pose: Optional[PoseTuple]) -> Optional[Handle]:
-        """Hold the handle that a hand takes hold of, as `hold` does, and return it; None if there is none of that name.
+        """The handle that a hand takes hold of; None if there is none of that name.
 
-        It is the one before a leap, if the view has still shown that: a patrol has gone on to its next target in the
-        moment of the grasp.
+        It is the one before, if that came from other sources and the view has still shown it: a patrol has gone on to
+        its next target in the moment of the grasp.
 
         Args:
             pose: where the view has shown it then; None if that is not known.
         """
         with self._lock:
-            handle = self._handles.get(name)
-            if handle is None:
-                return None
-            grasped = handle if pose is None else self._leaps.grasped_at(pose, handle)
-            self.hold(name)
-            self._holds[name].has_leapt = grasped is not handle
-            return grasped
-
-    def has_leapt(self, name: str) -> Optional[bool]:
-        """Return whether a held handle is another thing than the hand took hold of, by the same sources; None if the
-        next message tells it."""
-        with self._lock:
-            if name in self._holds and self._holds[name].has_leapt:
-                return True
-            return None if self._leaps.may_have(name) else False
+            handle, before = self._handles.get(name), self._before.get(name)
+            if handle is None or before is None or pose is None:
+                return handle
+            was_there = distance(pose[:3], before.pose[:3]) < distance(pose[:3], handle.pose[:3])
+            return before if was_there else handle
 
     def shared(self, handle: Handle) -> List[Set[values.Source]]:
         """Of each tracked number of a handle, the sources that move other things as well, as of `node.Uses`."""
@@ -306,19 +295,18 @@ class Scene:
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
-        has_other_sources, old = self._uses.put(name, handle.tracked), self._handles.get(name)
-        has_leapt = old is not None and self._leaps.put(old, handle, has_other_sources)
+        if self._uses.put(name, handle.tracked) and name in self._handles:
+            self._before[name] = self._handles[name]
         self._handles[name] = handle
         if name in self._holds:
             self._holds[name].see(handle)
-            self._holds[name].has_leapt |= has_leapt
         self._changed.update(self._duplicates.put(handle))
         self._changed.add(name)
 
     def _drop_handle(self, name: str) -> None:
         if self._handles.pop(name, None) is not None:
             self._uses.drop(name)
-            self._leaps.drop(name)
+            self._before.pop(name, None)
             self._changed.update(self._duplicates.drop(name))
             self._changed.add(name)
 
