@@ -19,4 +19,4 @@ def test_a_fault_is_said_once(caplog):
 def test_faults_without_end_do_not_fill_the_log(caplog):
     for number in range(2 * fault_log.LIMIT):
         fault_log.warn_once(number, 'fault %d', number)
-    assert len(caplog.records) == fault_log.LIMIT
+    assert len([record for record in caplog.records if record.msg == 'fault %d']) == fault_log.LIMIT
