@@ -474,5 +474,4 @@ def test_a_change_that_ends_the_main_loop_is_taken_back_and_named(master, tmp_pa
                 code_of_exit, _, errors = started.end()
                 assert code_of_exit == 1
                 assert 'the node ends after a change, which is taken back: /divider/far = 0.0' in errors
-                # It is not set if the node has ended before it had written it.
-                assert rosgraph.Master('/test').getParam('/').get('divider', {}).get('far', 7.5) == 7.5
+                assert rosgraph.Master('/test').getParam('/divider/far') == 7.5

@@ -197,8 +197,9 @@ def test_a_round_is_over_where_the_main_thread_waits_again(run):
     assert time.sleep is sleep
 
 
-@pytest.mark.parametrize('text', ['look()', 'while not look():\n    time.sleep(0)'], ids=['no loop', 'it only waits'])
-def test_a_main_thread_in_no_loop_is_not_waited_for(run, text):
+@pytest.fixture
+def looking():
+    """A function that watches a round; and what it finds: whether the round is over, and nothing is replaced."""
     sleep, found = time.sleep, []
 
     def look():
@@ -206,18 +207,18 @@ def test_a_main_thread_in_no_loop_is_not_waited_for(run, text):
             found.append((watched.is_over, time.sleep is sleep))
         return True
 
+    return look, found
+
+
+@pytest.mark.parametrize('text', ['look()', 'while not look():\n    time.sleep(0)'], ids=['no loop', 'it only waits'])
+def test_a_main_thread_in_no_loop_is_not_waited_for(run, looking, text):
+    look, found = looking
     run(text, look=look)
     assert found == [(True, True)]
 
 
-def test_a_main_thread_that_spins_is_not_waited_for(run, monkeypatch):
-    sleep, found = time.sleep, []
-
-    def look():
-        with rounds.watch_round(lambda: None) as watched:
-            found.append((watched.is_over, time.sleep is sleep))
-        return True
-
+def test_a_main_thread_that_spins_is_not_waited_for(run, looking, monkeypatch):
+    look, found = looking
     monkeypatch.setattr(rospy.core, 'is_initialized', lambda: True)
     monkeypatch.setattr(rospy.core, 'is_shutdown', look)
     run(
