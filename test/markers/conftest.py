@@ -7,7 +7,13 @@ from rosslt.node.change import change_request
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def present():
+    """What the owners of sources have, as far as a test says so: {Source: value}."""
+    return {}
+
+
+@pytest.fixture
+def asked(monkeypatch, present):
     """The requests to owners, who make every change: [{Source: new value}]."""
     result, ids = [], []
 
@@ -18,7 +24,9 @@ def asked(monkeypatch):
     def request_values(wanted, _timeout, request_id, _asker):
         if request_id in ids:  # and not of a drag that another test has left
             result.append(wanted)
-        return {source: node.Change(None, new) for source, new in wanted.items()}
+        changes = {source: node.Change(present.get(source), new) for source, new in wanted.items()}
+        present.update(wanted)
+        return changes
 
     monkeypatch.setattr(change_request, 'new_request_id', note_id)
     monkeypatch.setattr(change_request, 'request_values', request_values)

@@ -9,6 +9,7 @@ import rospy
 import rostest
 from rosslt.msg import AppliedChange
 from std_msgs.msg import Int32
+from visualization_msgs.msg import MarkerArray
 
 import rosslt
 from support.hand import Hand, wait_until
@@ -26,7 +27,8 @@ class Dropping(unittest.TestCase):
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
         for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off', 'patrol'):
             cls.hand.marker(handle(name))
-        cls.live.marker(handle('patrol'))
+        for name in ('patrol', 'spaced'):
+            cls.live.marker(handle(name))
 
     def is_at(self, name, x):
         return lambda: abs(self.hand.position(handle(name))[0] - x) < NOISE * max(1.0, abs(x))
@@ -71,6 +73,27 @@ class Dropping(unittest.TestCase):
         self.assertLess(abs(parameter('first') - 1.5), 0.2)
         waypoint.publish(0)
         wait_until(self.is_at('patrol', parameter('first')), 'the cube to be at the first waypoint')
+
+    def test_a_hand_keeps_its_target_if_the_next_has_the_same_numbers(self):
+        waypoint = rospy.Publisher('waypoint', Int32, queue_size=1)
+        wait_until(waypoint.get_num_connections, 'the patrol to hear')
+        self.addCleanup(waypoint.publish, 0)
+        seen = []
+        rospy.Subscriber('branching', MarkerArray, lambda message: seen.append(shown(message, 'spaced')))
+        held = self.live.press(handle('spaced'))
+        self.live.move(held, dx=0.5)
+        waypoint.publish(1)
+        wait_until(lambda: seen and seen[-1] > 4.0, 'the next target to be shown')
+        self.live.move(held, dx=0.5, steps=20)
+        self.live.release(held)
+        wait_until(
+            lambda: abs(parameter('spaced') - 2.0) < NOISE, lambda: 'spaced to become 2: %s' % parameter('spaced')
+        )
+        wait_until(
+            lambda: abs(self.live.position(handle('spaced'))[0] - 6.0) < NOISE, 'the cube to be at the second target'
+        )
+        time.sleep(A_WHILE)
+        self.assertEqual(max(map(abs, self.values_of('spaced'))), parameter('spaced'))
 
     def is_told_of_the_second(self, held):
         self.live.move(held, dx=0.001)
@@ -119,6 +142,10 @@ class Dropping(unittest.TestCase):
 
 def handle(name):
     return '/branching:{}:0'.format(name)
+
+
+def shown(message, name):
+    return next(marker.pose.position.x for marker in message.markers if marker.ns == name)
 
 
 def parameter(name):

@@ -307,6 +307,114 @@ def test_a_hand_has_the_target_that_was_shown_when_it_took_hold(asked):
     wait_until(lambda: asked == [{B: 8.0}], 'the next drag to move the next target')
 
 
+def spaced(number, first=1.0, step=3.0):
+    """One of several targets that come from the same numbers."""
+    return box_at(values.track(first, A) + number * values.track(step, B))
+
+
+def test_a_hand_keeps_what_it_has_of_targets_of_the_same_numbers(asked, present):
+    present.update({A: 1.0})
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    drags = Drags(scene, Rules(), str)
+    take(scene, spaced(1))
+    assert drags.move('/boxes::0', 'world', at(4.0))
+    assert drags.move('/boxes::0', 'world', at(5.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+    take(scene, spaced(2, first=2.0))
+    assert drags.move('/boxes::0', 'world', at(5.5))
+    wait_until(lambda: len(asked) > 1, 'the source to be asked for again')
+    assert asked[-1] == {A: 2.5}
+    take(scene, spaced(2, first=2.5))
+    assert drags.release('/boxes::0', 'world', at(6.0))
+    wait_until(lambda: len(asked) > 2, 'the source to be asked for at the end')
+    assert asked[-1] == {A: 3.0}
+    wait_until(lambda: drags_module.WENT_ON in notes.said, 'the hand to be told')
+
+
+def test_a_hand_takes_the_target_it_saw_of_the_same_numbers(asked):
+    scene = Scene(Settings())
+    drags = Drags(scene, Rules(is_live=False), str)
+    take(scene, spaced(1))
+    take(scene, spaced(2))
+    take(scene, spaced(2))
+    assert drags.move('/boxes::0', 'world', at(4.0))
+    assert drags.release('/boxes::0', 'world', at(5.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the first target to follow')
+
+
+def test_a_drop_is_not_solved_again_for_the_next_target(asked, present, monkeypatch):
+    monkeypatch.setattr(closed_loop, 'LOOK', 0.05)
+    present.update({A: 1.0})
+    scene = Scene(Settings())
+    drags = Drags(scene, Rules(), str)
+    take(scene, spaced(1))
+    assert drags.move('/boxes::0', 'world', at(4.0))
+    assert drags.move('/boxes::0', 'world', at(5.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+    take(scene, spaced(2, first=2.0))
+    assert drags.release('/boxes::0', 'world', at(5.0))
+
+    def is_over():
+        take(scene, spaced(2, first=2.0))
+        return not drags._drops and not drags._over
+
+    wait_until(is_over, 'the drop to be judged')
+    assert asked == [{A: 2.0}]
+
+
+def test_what_another_person_changes_counts_in_a_drag(asked):
+    """The hand has the first of two targets; what both share is set while the second is shown."""
+    scene = Scene(Settings())
+    drags = Drags(scene, Rules(is_live=False), str)
+    take(scene, spaced(1))
+    assert drags.hold('/boxes::0', frame='world', pose=at(4.0))
+    take(scene, spaced(2, step=4.0))
+    assert drags.release('/boxes::0', 'world', at(6.0))
+    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
+
+
+def test_a_linearization_gives_way_to_the_next_message(asked, present):
+    """A node's own function is sent as a line through its present value."""
+    present.update({A: 1.0})
+    scene = Scene(Settings())
+    drags = Drags(scene, Rules(), str)
+    take(scene, box_at(lined(1.0, 1.0, 2.0)))
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    assert drags.move('/boxes::0', 'world', at(4.0))
+    wait_until(lambda: asked == [{A: 2.5}], 'the line to be solved')
+    take(scene, box_at(lined(2.5, 6.25, 5.0)))
+    assert drags.release('/boxes::0', 'world', at(4.01))
+    wait_until(lambda: len(asked) > 1, 'the next line to be solved')
+    assert asked[-1][A] == pytest.approx(2.052, abs=1e-3)
+
+
+def lined(source, value, slope):
+    """A number near its present value."""
+    instructions = [(values.SOURCE, A, source), (values.AFFINE, value, ((0, slope),), False)]
+    return values.assemble(instructions, lambda *_: None)[1]
+
+
+def turned_by(angle):
+    marker = box_at(0.0)
+    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
+    return marker
+
+
+def test_an_angle_that_its_node_wraps_stays_in_the_hand():
+    """The quaternion of a whole turn more is the negative one, and the same rotation."""
+    scene = Scene(Settings())
+    angle = values.track(3.0, A)
+    take(scene, turned_by(angle))
+    drag = Drag(scene.handle('/boxes::0'), 1.0)
+    take(scene, turned_by(angle - 2 * plain_math.pi))
+    drag.take(scene.handle('/boxes::0'))
+    assert (drag.thing, drag.went_on) == (scene.handle('/boxes::0'), 0.0)
+    take(scene, turned_by(angle + 1.0))
+    drag.take(scene.handle('/boxes::0'))
+    assert drag.went_on > 0.1
+
+
 def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
     """As the dock that a gate is beside."""
     monkeypatch.setattr(node, 'directory', node.Directory)

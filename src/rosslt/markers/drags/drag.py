@@ -6,7 +6,7 @@ from typing import Any, Collection, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
-from rosslt.markers.scene.handle import Handle
+from rosslt.markers.scene.handle import Handle, has_source
 
 #: The rounding error of 32-bit numbers, relative to their size or 1.
 NOISE = 1e-6
@@ -27,7 +27,10 @@ class Drag:
         pose: where the hand has it now.
         start: where the hand took hold of it.
         asked: the last pose that the sources have been asked for.
-        solved: the thing as it was when its sources were last asked for.
+        thing: what the hand has, as the last message has it that shows it where its sources bring it. This is what is
+            solved: the node may have gone on to the next of its targets, or may move it.
+        went_on: how far its node has moved it meanwhile, or is from it to what it shows instead; 0 for not at all.
+        solved: the latest message's when its sources were last asked for.
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
         heard: when the hand last did something.
@@ -43,7 +46,8 @@ class Drag:
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.chosen: Collection[values.Source] = ()
         self.shared: Sequence[Collection[values.Source]] = ()
-        self.solved = handle
+        self.thing = self.solved = handle
+        self.went_on = 0.0
         self.pose: PoseTuple = handle.pose
         self.asked: PoseTuple = handle.pose
         self.start: PoseTuple = handle.pose
@@ -83,6 +87,14 @@ class Drag:
         reached = [(value, target) for value, target in zip(tracked, targets) if self._reaches(value)]
         return [value for value, _ in reached], [target for _, target in reached], limit if reached else ''
 
+    def take(self, handle: Handle) -> None:
+        """A message shows the thing: where its sources bring it, or its node has moved it, or shows another one."""
+        way = _way(self.thing, handle)
+        if way <= NOISE * max(1.0, *map(abs, map(float, handle.tracked))) or _is_linearized(self.thing):
+            self.thing, self.went_on = handle, 0.0
+        else:
+            self.went_on = way
+
     def goes_beyond_choice(self, handle: Handle, pose: PoseTuple) -> bool:
         """Return whether the hand has also moved what the chosen sources do not reach."""
         tracked, targets = handle.wanted(pose, self.is_moved, self.is_turned)
@@ -121,3 +133,25 @@ class Drag:
         x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
         start = (self.start[3], self.start[4], self.start[5], self.start[6])
         return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
+
+
+def _way(known: Handle, shown: Handle) -> float:
+    """How far a later message shows a thing from where its sources bring it, by what is known of it; 0 if that does not
+    tell."""
+    numbers = list(map(float, shown.tracked))
+    if known is shown or len(known.tracked) != len(numbers):
+        return 0.0
+    try:
+        expected = list(map(float, values.evaluate(list(known.tracked), values.source_values(list(shown.tracked)))))
+    except (ArithmeticError, ValueError):
+        return 0.0
+    places = len(numbers) if shown.position is None else sum(map(has_source, shown.position))
+    turned = [-part for part in numbers[places:]]  # a quaternion and its negative are the same rotation
+    turn = min(math.dist(expected[places:], numbers[places:]), math.dist(expected[places:], turned))
+    return max(math.dist(expected[:places], numbers[:places]), turn)
+
+
+def _is_linearized(handle: Handle) -> bool:
+    """Return whether what is known of a thing holds near its present numbers only."""
+    instructions, _ = values.disassemble(list(handle.tracked))
+    return any(kind is values.AFFINE and not rest[-1] for kind, *rest in instructions)

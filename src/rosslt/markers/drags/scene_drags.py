@@ -35,6 +35,10 @@ SILENCE = 3.0
 PERIOD = 0.5
 
 
+#: What a person is told of a thing that is shown elsewhere than its sources bring it.
+WENT_ON = 'its node has gone on meanwhile: what you took hold of follows your hand'
+
+
 class Rules(NamedTuple):
     """Settings: when and how sources follow hands.
 
@@ -205,7 +209,7 @@ class Drags:
         elif not drop.is_seen:
             why = self._why_left(drag, self._scene.handle(name) or drag.handle)
             self._scene.say(drag.handle, f'changed; {why}' if why else 'changed, but not shown yet')
-        elif drag.is_exact and drop.is_elsewhere and self._is_in_force(drag):
+        elif drag.is_exact and not drag.went_on and drop.is_elsewhere and self._is_in_force(drag):
             parts = ['its node shows it elsewhere than it was dropped, and computes it in another way']
             if drag.refusal:
                 parts.append(wording.refusal(drag.refusal))
@@ -232,9 +236,10 @@ class Drags:
 
     def _change_again(self, drag: Drag) -> bool:
         """Solve again for a thing that is shown elsewhere than it was dropped; False if nothing more has changed."""
-        if not drag.is_exact or not self._is_in_force(drag):
+        if not drag.is_exact or drag.went_on or not self._is_in_force(drag):
             return False
         before = dict(drag.request.after)
+        drag.thing = self._scene.handle(drag.handle.name) or drag.thing
         drag.refusal = self._force(drag, drag.pose, may_leap=True)
         if drag.refusal is not None or drag.request.after == before:
             return False
@@ -298,6 +303,7 @@ class Drags:
 
     def _end(self, drag: Drag, refusal: Optional[str]) -> None:
         name = drag.handle.name
+        drag.take(self._scene.handle(name) or drag.thing)
         if drag.request.after:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
@@ -316,7 +322,10 @@ class Drags:
             drag.fault = drag.fault or misfit
             return None
         drag.chosen = self.chosen_for(drag.handle)
-        tracked, targets, limit = drag.wanted(handle, pose)
+        drag.take(handle)
+        tracked, targets, limit = drag.wanted(drag.thing, pose)
+        if drag.went_on:  # the sources of what the hand has may be others by now
+            tracked = values.reapply(tracked, values.source_values(list(handle.tracked)))
         stays = f'chosen: {self._names(drag.chosen)}; the rest stays' if drag.goes_beyond_choice(handle, pose) else ''
         if not tracked:
             if stays:
@@ -385,6 +394,7 @@ class Drags:
             reasons = reasons or ['as near as possible']
         for source in node.directory().shared(drag.handle.tracked, drag.shared, plan.after):
             reasons.append(f'{self._name_of(source)} moves others, too')
+        reasons += [WENT_ON] if drag.went_on > NOTICEABLE else []
         reasons += [stays] if stays else []
         chosen = self.chosen.get(handle.name)
         if chosen and not drag.chosen and plan.after:

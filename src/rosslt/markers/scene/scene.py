@@ -78,7 +78,7 @@ class Scene:
         self._handles: Dict[str, Handle] = {}
         self._duplicates = Duplicates()
         self._uses = node.Uses()
-        self._before: Dict[str, Handle] = {}  # by its name: the last one that came from other sources
+        self._before: Dict[str, Handle] = {}  # by its name: the last one before its node went on
         self._holds: Dict[str, Hold] = {}
         self._things: Dict[str, Dict[Key, Thing]] = {}  # by topic
         self._lives: Dict[Tuple[str, Key], Tuple[rospy.Time, rospy.Time]] = {}  # (topic, key) -> shown from, and until
@@ -102,15 +102,15 @@ class Scene:
     def grasped(self, name: str, pose: Optional[PoseTuple]) -> Optional[Handle]:
         """The handle that a hand takes hold of; None if there is none of that name.
 
-        It is the one before, if that came from other sources and the view has still shown it: a patrol has gone on to
-        its next target in the moment of the grasp.
+        It is the one before its node went on, if the view has still shown that: a patrol has gone on to its next target
+        in the moment of the grasp.
 
         Args:
             pose: where the view has shown it then; None if that is not known.
         """
         with self._lock:
             handle, before = self._handles.get(name), self._before.get(name)
-            if handle is None or before is None or pose is None:
+            if handle is None or before is None or pose is None or name in self._holds:
                 return handle
             was_there = distance(pose[:3], before.pose[:3]) < distance(pose[:3], handle.pose[:3])
             return before if was_there else handle
@@ -295,8 +295,10 @@ class Scene:
 
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
-        if self._uses.put(name, handle.tracked) and name in self._handles:
-            self._before[name] = self._handles[name]
+        old = self._handles.get(name)
+        has_other_sources = self._uses.put(name, handle.tracked)
+        if old is not None and (has_other_sources or _has_gone_on(old, handle)):
+            self._before[name] = old
         self._handles[name] = handle
         if name in self._holds:
             self._holds[name].see(handle)
@@ -309,6 +311,13 @@ class Scene:
             self._before.pop(name, None)
             self._changed.update(self._duplicates.drop(name))
             self._changed.add(name)
+
+
+def _has_gone_on(old: Handle, handle: Handle) -> bool:
+    """Return whether a thing is elsewhere although its sources have the same values."""
+    if old.pose == handle.pose:
+        return False
+    return values.source_values(list(old.tracked)) == values.source_values(list(handle.tracked))
 
 
 def _fault(marker: Marker) -> Optional[str]:
