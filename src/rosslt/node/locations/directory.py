@@ -20,6 +20,7 @@ import rospy
 from rosslt import msg, srv, values
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.json_scalars import from_json
+from rosslt.node.locations.uses import Shared
 from rosslt.node.service_calls import ask_all
 
 #: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
@@ -273,7 +274,7 @@ class Directory:
         self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
     ) -> List[values.Source]:
         """Those of changed sources that move others as well, although the thing has some of its own, or as one of its
-        numbers has no other that is changed first.
+        numbers has no other that is changed first, or is one of several from the same sources.
 
         Args:
             thing, shared: as of `held`.
@@ -282,6 +283,8 @@ class Directory:
         needed = {
             one for number, others in zip(thing, shared) if self._willing(number) <= set(others) for one in others
         }
+        if isinstance(shared, Shared):
+            needed |= shared.alike
         return [source for source in changed if source in needed or (own and source not in own)]
 
     def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
