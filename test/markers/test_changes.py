@@ -1,5 +1,7 @@
 """Which sources a drag changes."""
 
+from random import Random
+
 import pytest
 
 from rosslt import math, msg, node, values
@@ -166,6 +168,16 @@ def test_several_sources_are_rounded_together_within_what_a_hand_can_see():
     after = changes.plan(tracked, [1.1, 1.3], resolution=1e-3).after
     assert values.evaluate(tracked, after) == pytest.approx([1.1, 1.3], abs=5e-4)
     assert all(len(repr(value)) <= 6 for value in after.values()), after
+
+
+@pytest.mark.parametrize('seed', range(50))
+def test_a_point_gets_the_decimals_that_a_hand_means(no_limits, seed):
+    """Its x and y have a number each: neither leaves less of the resolution to the other."""
+    random = Random(seed)
+    meant = [round(random.uniform(-5.0, 5.0), random.choice([1, 2])) for _ in range(2)]
+    targets = [number + random.uniform(-0.49e-3, 0.49e-3) for number in meant]
+    at = [values.track(7.5, SHOULDER), values.track(-6.25, ELBOW)]
+    assert changes.plan(at, targets, resolution=1e-3).after == dict(zip((SHOULDER, ELBOW), meant))
 
 
 def test_a_source_at_its_bound_is_not_rounded_beyond_it(monkeypatch):

@@ -1,9 +1,10 @@
 """What a person chooses for the drags of a thing, and what its drags change then."""
 
 import pytest
+from geometry_msgs.msg import Point, Quaternion
 from visualization_msgs.msg import Marker
 
-from rosslt import values
+from rosslt import math, values
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.offers import Offers
@@ -11,6 +12,7 @@ from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from support.processes import wait_until
 
+X, SHIFT, Y, Z, ROLL, PITCH, YAW, W = [values.Source('/cart', number) for number in range(8)]
 POST, NEXT_POST, OFFSET = ([values.Source('/guard', 10 * row + axis) for axis in range(2)] for row in range(3))
 NAME = '/posts::0'
 
@@ -117,3 +119,63 @@ def test_what_the_next_target_comes_from_too_stays_chosen(asked, patrol):
     assert patrol.chosen == [OFFSET[0]]
     assert patrol.drag(1.5, 3.0) == 'chosen: offset x; the rest stays'
     assert asked == [{OFFSET[0]: 0.5}]
+
+
+def cart(orientation):
+    """A box whose x comes from two numbers, so that there is something to choose."""
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'world'
+    marker.pose.position.x = values.track(1.0, X) + values.track(0.0, SHIFT)
+    marker.pose.position.y, marker.pose.position.z = values.track(2.0, Y), values.track(0.5, Z)
+    marker.pose.orientation = orientation
+    return marker
+
+
+def turned(tilt=0.0):
+    """The quaternion of a roll, a pitch and a yaw."""
+    roll, pitch, yaw = values.track(0.0, ROLL), values.track(tilt, PITCH), values.track(0.3, YAW)
+    (sr, sp, sy), (cr, cp, cy) = ([way(one / 2) for one in (roll, pitch, yaw)] for way in (math.sin, math.cos))
+    x, y = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy
+    return Quaternion(x, y, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+
+
+def offered(marker, is_planar, part=''):
+    """The sources that the menu offers for the drags of a thing, the default first."""
+    scene = Scene(Settings(is_planar=is_planar))
+    offers = Offers(scene, Drags(scene, Rules(), str), Descriptions())
+    marker._connection_header = {'callerid': '/cart'}
+    scene.take('/carts', marker, is_shown=True)
+    return [choice.source or choice.changed for choice in offers.choices(scene.handle('/carts::0' + part))]
+
+
+def test_in_2d_the_menu_offers_what_moves_x_and_y_and_turns_around_z():
+    assert offered(cart(turned()), is_planar=True) == [[X, Y, YAW], X, SHIFT, Y, YAW]
+    assert offered(cart(turned()), is_planar=False) == [[X, Y, Z, ROLL, PITCH, YAW], X, SHIFT, Y, Z, ROLL, PITCH, YAW]
+
+
+def test_in_2d_the_menu_offers_no_number_of_a_quaternion_that_cannot_turn():
+    alone = cart(Quaternion(0.0, 0.0, 0.0, values.track(1.0, W)))
+    assert offered(alone, is_planar=True) == [[X, Y], X, SHIFT, Y]
+    assert W in offered(alone, is_planar=False)
+    four = [values.track(float(source is W), source) for source in (ROLL, PITCH, YAW, W)]
+    assert offered(cart(Quaternion(*four)), is_planar=True) == [[X, Y, YAW, W], X, SHIFT, Y, YAW, W]
+
+
+def test_in_2d_the_menu_of_a_tilted_thing_offers_its_yaw():
+    assert YAW in offered(cart(turned(tilt=0.4)), is_planar=True)
+
+
+def test_in_2d_the_menu_of_a_point_offers_no_height():
+    x = values.track(1.0, X) + values.track(0.0, SHIFT)
+    marker = Marker(type=Marker.SPHERE_LIST, points=[Point(x, values.track(2.0, Y), values.track(0.5, Z))])
+    marker.header.frame_id, marker.pose.orientation.w = 'world', 1.0
+    assert offered(marker, True, ':points[0]') == [[X, Y], X, SHIFT, Y]
+    assert Z in offered(marker, False, ':points[0]')
+
+
+def test_in_2d_the_menu_of_what_has_a_height_alone_offers_nothing():
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = 'world'
+    marker.pose.position.z = values.track(0.5, Z)
+    assert offered(marker, is_planar=True) == []
+    assert offered(marker, is_planar=False) == [[Z]]

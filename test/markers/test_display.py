@@ -10,7 +10,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
 from rosslt import node, values
 from rosslt.markers.geometry import IDENTITY
-from rosslt.markers.offers import Offers
+from rosslt.markers.offers import HEADING, Offers
 from rosslt.markers.rviz import display as displays
 from rosslt.markers.rviz.menus import Menu, Menus
 from rosslt.markers.rviz.notes import Notes
@@ -326,3 +326,9 @@ def test_every_entry_of_a_menu_may_be_reported():
     assert [entry.title for entry in entries if entry.parent_id] == ['x']
     for entry in entries:
         server.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
+
+
+def test_a_menu_without_choices_says_nothing_of_what_a_drag_changes():
+    server, menu = Inserted(), Menu([], False, [('z', SOURCE)], False)
+    Menus(SimpleNamespace(), lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)
+    assert not any(entry.title.startswith(HEADING) for entry in server.marker.menu_entries)

@@ -6,7 +6,8 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, Pose, PoseArray
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from rosslt import math, msg, node, values
@@ -413,6 +414,24 @@ def test_an_angle_that_its_node_wraps_stays_in_the_hand():
     take(scene, turned_by(angle + 1.0))
     drag.take(scene.handle('/boxes::0'))
     assert drag.went_on > 0.1
+
+
+def test_a_person_is_told_that_a_drag_moves_all_of_a_row(asked, monkeypatch):
+    """As five poses at `X0 + i * STEP`."""
+    monkeypatch.setattr(node, 'directory', node.Directory)
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    start, step = values.track(1.0, A), values.track(0.5, B)
+    poses = [Pose(position=Point(start + step * index, 0.0, 0.0)) for index in range(5)]
+    message = PoseArray(header=Header(frame_id='world'), poses=poses)
+    message._connection_header = {'callerid': '/owner'}
+    scene.take('/poses', message, is_shown=True)
+    drags = Drags(scene, Rules(is_live=False), str)
+    assert drags.hold('/poses:poses[2]', frame='world', pose=at(2.0))
+    assert drags.release('/poses:poses[2]', 'world', at(2.5))
+    wait_until(lambda: notes.said, 'the hand to be told')
+    ((changed, _),) = asked[0].items()
+    assert notes.said == [f'{changed} moves others, too']
 
 
 def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):

@@ -121,3 +121,12 @@ def test_what_comes_from_two_rows_or_from_locked_ones_holds_nothing(rows, fields
 def test_of_several_rows_none_is_told_first():
     directory, sources = told('', 'f.py:3:1[1]', 'f.py:3:1[0]')
     assert directory.own_first(sources) == sources
+
+
+def test_an_outstretched_arm_needs_the_joint_that_its_elbow_shares():
+    """It can only turn there, for which the elbow would do, and comes back from there with both joints alone."""
+    shoulder, elbow = (values.Source('/arm', number) for number in (1, 2))
+    first, second = values.track(0.5, shoulder), values.track(0.0, elbow)
+    tip = [math.cos(first) + math.cos(first + second), math.sin(first) + math.sin(first + second)]
+    assert Directory().held(tip, [{shoulder}, {shoulder}]) == []
+    assert Directory().held([first + second], [{shoulder}]) == [shoulder]

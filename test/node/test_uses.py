@@ -1,6 +1,8 @@
 """Which sources of a thing move other things as well."""
 
-from rosslt import node, values
+import pytest
+
+from rosslt import math, node, values
 
 DOCK, BESIDE, ANGLE = (values.Source('/owner', number) for number in range(3))
 
@@ -31,3 +33,48 @@ def test_a_thing_that_comes_from_something_else_now_has_left_its_sources():
     uses.put('dock', [number(ANGLE)])
     assert uses.shared('gate', [number(DOCK, BESIDE)]) == [set()]
     assert uses.shared('gate', [number(ANGLE, BESIDE)]) == [{ANGLE}]
+
+
+def row_of(start, step, count):
+    """The x of things in a row."""
+    return [values.track(start, DOCK) + index * values.track(step, BESIDE) for index in range(count)]
+
+
+def test_of_numbers_from_the_same_sources_those_with_other_values_move():
+    uses = node.Uses()
+    places = row_of(1.0, 0.5, 3)
+    for index, place in enumerate(places):
+        uses.put(str(index), [place])
+    assert uses.shared('0', places[:1]) == [set()]
+    assert uses.shared('0', places[:1]).alike == {DOCK, BESIDE}
+    for index in range(3):
+        uses.drop(str(index))
+    uses.put('again', [values.track(0.3, DOCK)])
+    uses.put('label', [values.track(0.3, DOCK) + values.track(0.0, ANGLE)])
+    for same in (0.3, 0.1 + 0.2, 0.30000001192092896):
+        assert uses.shared('thing', [values.track(same, DOCK)]).alike == set(), 'rounding, and that to 32 bits'
+    assert uses.shared('thing', [values.track(0.31, DOCK)]).alike == {DOCK}
+    uses.put('again', [values.track(0.31, DOCK)])
+    assert uses.shared('thing', [values.track(0.31, DOCK)]).alike == set(), 'the values are those of the last message'
+
+
+def test_the_numbers_of_a_double_are_compared_with_all_of_a_thing():
+    uses = node.Uses()
+    yaw = values.track(0.8, ANGLE)
+    turn = [math.sin(yaw / 2), math.cos(yaw / 2)]
+    uses.put('arrow', turn)
+    assert uses.shared('pose', turn).alike == set()
+    assert uses.shared('pose', [values.track(1.0, DOCK), math.cos(yaw)]).alike == {ANGLE}
+
+
+@pytest.mark.parametrize('beside', [0.5, 0.6])
+def test_what_a_thing_is_moved_by_does_not_depend_on_how_late_its_double_is(beside):
+    uses = node.Uses()
+    dock, gate = values.track(2.0, DOCK), values.track(2.0, DOCK) + values.track(0.5, BESIDE)
+    uses.put('dock', [dock])
+    uses.put('gate', [gate])
+    uses.put('label', [dock + values.track(beside, BESIDE)])
+    shared = uses.shared('gate', [gate])
+    assert node.Directory().held([gate], shared) == [DOCK]
+    noted = node.Directory().shared([gate], shared, [BESIDE])
+    assert noted == ([] if beside == 0.5 else [BESIDE])

@@ -44,10 +44,11 @@ class Offers(NamedTuple):
     descriptions: Descriptions
 
     def choices(self, handle: Handle) -> List[Choice]:
-        """The sources that a drag of a thing may change, the default first."""
+        """The sources that a drag of a thing may change, the default first; none if it changes nothing."""
         fixed = self.descriptions.fixed(values.sources(handle.tracked))
         held = self.descriptions.held(handle.tracked, self.scene.shared(handle))
-        return choices_of(handle.tracked, fixed, held)
+        choices = choices_of(handle.asked(self.descriptions.can_change), fixed, held)
+        return [choice for choice in choices if choice.changed]
 
     def title(self, choice: Choice) -> str:
         """The text of a choice."""

@@ -122,33 +122,40 @@ def _rounded(
 
     A hand means no more digits than it can see: 1.45 instead of 1.452682166528786. A float at a bound stays there. Each
     is moved by no more than its slopes allow, and than the answer itself moves it: 0 is as good as a whole turn, and as
-    any angle if the radius is 0, and would be a jump.
+    any angle if the radius is 0, and would be a jump. The floats that a value comes from share what it may move by.
     """
     bounds = {source: limits['bounds'].get(source, (None, None)) for source in after}
     floats = [source for source, value in after.items() if type(value) is float and value not in bounds[source]]
     exact = [float(value) for value in values.evaluate(list(tracked), after)]
     slopes = values.slopes(values.reapply(list(tracked), after))
-    for number, source in enumerate(floats, 1):
-        allowed = 0.5 * resolution * number / len(floats)
-        steepest = max(map(abs, slopes[source]))
+    takers = [[source for source in floats if source in sources] for sources in map(values.sources, tracked)]
+    for source in floats:
+        # By how far each value may be off, once this float and those before it are round.
+        allowed = [
+            0.5 * resolution * (taking.index(source) + 1) / len(taking) if source in taking else math.inf
+            for taking in takers
+        ]
         low, high = (inf if bound is None else bound for bound, inf in zip(bounds[source], (-math.inf, math.inf)))
         for rounder in (0.0, *(float(f'{after[source]:.{digits}g}') for digits in range(1, DIGITS))):
             trial = {**after, source: rounder}
             way = abs(rounder - after[source])
-            is_near = way * steepest <= allowed and way <= abs(after[source] - present[source])
-            if low <= rounder <= high and is_near and _is_within(allowed, tracked, trial, exact):
+            is_near = all(way * abs(slope) <= most for slope, most in zip(slopes[source], allowed))
+            is_near = is_near and way <= abs(after[source] - present[source])
+            if low <= rounder <= high and is_near and _are_within(allowed, tracked, trial, exact):
                 after = trial
                 break
     return after
 
 
-def _is_within(distance: float, tracked: Sequence[Any], trial: Dict[values.Source, Any], exact: List[float]) -> bool:
-    """Return whether source values bring each of tracked values to within a distance of a number."""
+def _are_within(
+    distances: List[float], tracked: Sequence[Any], trial: Dict[values.Source, Any], exact: List[float]
+) -> bool:
+    """Return whether source values bring each of tracked values to within its distance of a number."""
     try:
         there = [float(value) for value in values.evaluate(list(tracked), trial)]
     except (ArithmeticError, ValueError):
         return False
-    return all(abs(one - other) <= distance for one, other in zip(there, exact))
+    return all(abs(one - other) <= distance for one, other, distance in zip(there, exact, distances))
 
 
 def _nearest(

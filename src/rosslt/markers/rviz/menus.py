@@ -63,7 +63,8 @@ class Menus:
     def add(self, server: Server, name: str, menu: Menu) -> None:
         """Add a menu to a handle that has just been inserted."""
         drawn = MenuHandler()
-        drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose one or more):'), callback=_ignore)
+        if menu.choices:
+            drawn.insert(HEADING + (':' if len(menu.choices) == 1 else ' (choose one or more):'), callback=_ignore)
         for title, source, is_chosen in menu.choices:
             entry = drawn.insert(
                 title if source else title + ' (default)', callback=functools.partial(self._choose, name, source)

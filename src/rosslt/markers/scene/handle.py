@@ -160,6 +160,15 @@ class Handle:
         """
         raise NotImplementedError
 
+    def asked(self, can_change: CanChange) -> List[Any]:
+        """Those of its tracked values that a drag may ask to become others.
+
+        Args:
+            can_change: as in `motions`.
+        """
+        del can_change
+        return self.tracked
+
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
         """How far a pose has it turned around its only axis, in radians, if it can be turned more than once around.
 

@@ -107,6 +107,19 @@ class PoseHandle(Handle):
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
         return _tracked_targets(pairs)
 
+    def asked(self, can_change: CanChange) -> List[Any]:
+        """Those of its tracked values that a drag may ask to become others.
+
+        In 2D, a turn of what stands upright leaves the x and y of its quaternion 0.
+        """
+        if not self._is_planar:
+            return self.tracked
+        parts: Tuple[Any, ...] = ()
+        if self.motions(can_change).rings:
+            is_tilted = any(abs(part) > ROUNDING for part in map(float, self._orientation[:2]))
+            parts = self._orientation if is_tilted else self._orientation[2:]
+        return [number for number in (*self.position[:2], *parts) if has_source(number)]
+
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved."""
         position, orientation = self.position, self._orientation
@@ -172,6 +185,11 @@ class PointHandle(Handle):
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
         return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
+
+    def asked(self, can_change: CanChange) -> List[Any]:
+        """Those of its tracked values that a drag may ask to become others."""
+        del can_change
+        return [number for number in self._point[: 2 if self._is_planar else 3] if has_source(number)]
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved: along the axes of the thing."""

@@ -20,6 +20,7 @@ import rospy
 from rosslt import msg, srv, values
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.json_scalars import from_json
+from rosslt.node.locations.uses import Shared
 from rosslt.node.service_calls import ask_all
 
 #: The time for which an owner's answer is used for changes, in seconds. Bounds rarely change, but a node can be
@@ -35,6 +36,10 @@ TIMEOUT = 2.0
 
 SHAPE_RANK = 3
 """The rank of locations that give a formula its shape, as a divisor or a conversion of units."""
+
+
+ASIDE = 0.01
+"""How far numbers are moved aside to tell how many ways a thing can go, as a part of their size."""
 
 
 class Place(NamedTuple):
@@ -248,7 +253,7 @@ class Directory:
         if not any(shared):
             return held
         willing = [self._willing(number) for number in thing]
-        slopes = values.slopes(list(thing))
+        slopes = values.slopes(_elsewhere(thing))
         free = {source: slopes[source] for sources in willing for source in sources if source not in held}
         stays = {
             source
@@ -273,7 +278,7 @@ class Directory:
         self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
     ) -> List[values.Source]:
         """Those of changed sources that move others as well, although the thing has some of its own, or as one of its
-        numbers has no other that is changed first.
+        numbers has no other that is changed first, or is one of several from the same sources.
 
         Args:
             thing, shared: as of `held`.
@@ -282,6 +287,8 @@ class Directory:
         needed = {
             one for number, others in zip(thing, shared) if self._willing(number) <= set(others) for one in others
         }
+        if isinstance(shared, Shared):
+            needed |= shared.alike
         return [source for source in changed if source in needed or (own and source not in own)]
 
     def own_first(self, sources: Collection[values.Source]) -> List[values.Source]:
@@ -397,6 +404,20 @@ class Directory:
         with contextlib.suppress(rospy.ROSInterruptException):
             self._ask(wanted, TIMEOUT)
         self._note_asked(wanted)
+
+
+def _elsewhere(thing: Sequence[Any]) -> List[Any]:
+    """The numbers of a thing with its sources a little elsewhere, if they are defined there: an arm loses one of its ways
+    when it is outstretched, and only then."""
+    present = values.source_values(list(thing))
+    moved = {
+        source: value + ASIDE * (1.0 + abs(value)) / number
+        for number, (source, value) in enumerate(present.items(), 1)
+        if isinstance(value, float)
+    }
+    with contextlib.suppress(ArithmeticError, ValueError):
+        return list(values.reapply(list(thing), moved))
+    return list(thing)
 
 
 def _is_news(known: Optional[Place], told: Place) -> bool:
