@@ -407,8 +407,8 @@ class Directory:
 
 
 def _elsewhere(thing: Sequence[Any]) -> List[Any]:
-    """The numbers of a thing with its sources a little elsewhere, if they are defined there: an arm loses one of its ways
-    when it is outstretched, and only then."""
+    """The numbers of a thing with its sources a little elsewhere, if they are defined there: an arm loses one of its
+    ways when it is outstretched, and only then."""
     present = values.source_values(list(thing))
     moved = {
         source: value + ASIDE * (1.0 + abs(value)) / number
