@@ -32,8 +32,8 @@ class Uses:
     def put(self, name: str, numbers: Sequence[Any]) -> bool:
         """A thing has these numbers now; return whether they come from other sources than before."""
         sources = [values.sources(number) for number in numbers]
-        self._numbers[name] = numbers
         if self._sources.get(name) == sources:
+            self._numbers[name] = numbers
             return False
         self.drop(name)
         self._numbers[name], self._sources[name] = numbers, sources
@@ -44,6 +44,7 @@ class Uses:
 
     def drop(self, name: str) -> None:
         """A thing is there no more."""
+        self._numbers.pop(name, None)
         for index, found in enumerate(self._sources.pop(name, [])):
             for source in found:
                 self._users[source].discard((name, index))
