@@ -127,6 +127,7 @@ MODE = 2
 ROUNDS = 9
 BOTH = 2
 AGAIN = 3
+OTHER = 6
 PHASES = 5
 WINDOW = 20
 LIMIT = 0.5
@@ -152,7 +153,7 @@ class Counted:
             self.gain = 2.0
         self.both = [0 for _ in range(BOTH)]
         self.window = deque(maxlen=WINDOW)
-        self.again = doubled(AGAIN)
+        self.again, self.other = doubled(AGAIN), doubled(OTHER)
         self.pub = rospy.Publisher('~place', Point, queue_size=1)
 
     def step(self, phase):
@@ -258,8 +259,9 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
             'MODE': said('if', 'if MODE'),
             'WINDOW': said('collections.deque', 'self.window'),
             'BOTH': of_both,
+            'OTHER': said('range', 'range(count)'),
             'ROUNDS': '',  # counted by it in each round
-            'AGAIN': '',  # the line runs again in each round
+            'AGAIN': '',  # the line counts by it again in each round
             'PHASES': '',  # it may run again: it is in the loop
             'LIMIT': '',
         }

@@ -9,13 +9,13 @@ import os
 import sys
 import threading
 import types
-from typing import Any, Callable, Dict, List, NamedTuple, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Set, Tuple
 
 import rospy
 
 from rosslt import values
 from rosslt.node.memory.remembered import MEMORY
-from rosslt.node.memory.rounds import own_stack, rounds_of_main_thread
+from rosslt.node.memory.rounds import Stack, own_stack, rounds_of_main_thread
 
 #: The classes of rospy that keep plain numbers of their arguments. A Timer gets its period as a Duration.
 _CLASSES = (rospy.Rate, rospy.Duration)
@@ -24,27 +24,40 @@ _CLASSES = (rospy.Rate, rospy.Duration)
 _Taker = Tuple[str, int, str]
 
 
-class _Copy(NamedTuple):
-    """A copy.
+class _Copies:
+    """The copies that one line has made, each time that it was called from the same lines.
 
     Attributes:
-        number: that was copied.
-        stack: as of `own_stack`.
+        sources: of the numbers that were copied, as far as they have been looked up.
     """
 
-    number: Any
-    stack: Tuple[Tuple[types.CodeType, int], ...]
+    def __init__(self) -> None:
+        self.sources: Set[values.Source] = set()
+        self._numbers: Dict[int, Any] = {}  # by id; before there is a node, their sources would be lost by a look
+        self._lock = threading.Lock()
+
+    def add(self, numbers: Iterable[Any]) -> None:
+        """Note numbers that were copied."""
+        with self._lock:
+            self._numbers.update((id(number), number) for number in numbers)
+
+    def look_up(self) -> Set[values.Source]:
+        """Look up the sources, once there is a node."""
+        with self._lock:
+            numbers, self._numbers = self._numbers, {}
+        self.sources.update(values.sources(list(numbers.values())))
+        return self.sources
 
 
 class PlainCopies:
     """The copies that the node has made in its set-up alone.
 
     Attributes:
-        made: all of them.
+        made: all of them, by what has made them, and then by what called that.
     """
 
     def __init__(self) -> None:
-        self.made: Dict[_Taker, List[_Copy]] = {}
+        self.made: Dict[_Taker, Dict[Stack, _Copies]] = {}
 
     def watch(self) -> None:
         """Note what makes them of rospy from now on, as there is a node."""
@@ -54,17 +67,17 @@ class PlainCopies:
 
     def take(self, taker: str, frame: types.FrameType, value: Any) -> None:
         """The line that a frame runs counts or decides by a value."""
-        if not _is_in_round():
-            self._note(taker, frame, [value])
-        else:
+        if _is_in_round():
             self._forget((frame.f_code.co_filename, frame.f_lineno, taker), value)
+        elif type(value) in values.TRACKED_CLASSES:
+            self._note(taker, frame, [value])
 
     def takers_of(self, source: values.Source) -> List[str]:
         """What has copied a source, and where: `rospy.Rate at pid.py:31`."""
         return [
             f'{taker} at {os.path.basename(file)}:{line}'
-            for (file, line, taker), copies in list(self.made.items())
-            if source in values.sources([copy.number for copy in copies])
+            for (file, line, taker), made in list(self.made.items())
+            if any(source in copies.look_up() for copies in list(made.values()))
         ]
 
     def _noting(self, kind: Any) -> Callable[..., None]:
@@ -74,39 +87,41 @@ class PlainCopies:
         def initialize(instance: object, *args: Any, **kwargs: Any) -> None:
             function(instance, *args, **kwargs)
             if not _is_in_round():
-                self._note(taker, sys._getframe(1), [*args, *kwargs.values()])
+                numbers = [number for number in (*args, *kwargs.values()) if values.is_tracked(number)]
+                if numbers:
+                    self._note(taker, sys._getframe(1), numbers)
             elif self.made:
-                for code, line in own_stack(sys._getframe(1))[:1]:
-                    self.made.pop((code.co_filename, line, taker), None)
+                for file, line in own_stack(sys._getframe(1))[:1]:
+                    self.made.pop((file, line, taker), None)
 
         return initialize
 
-    def _note(self, taker: str, frame: types.FrameType, given: List[Any]) -> None:
-        numbers = [number for number in given if type(number) in values.TRACKED_CLASSES]
-        stack = own_stack(frame) if numbers else ()
-        for code, line in stack[:1]:
-            copies = self.made.setdefault((code.co_filename, line, taker), [])
-            for number in numbers:
-                if not any(copy.number is number and copy.stack == stack for copy in copies):
-                    copies.append(_Copy(number, stack))
+    def _note(self, taker: str, frame: types.FrameType, numbers: Iterable[Any]) -> None:
+        stack = own_stack(frame)
+        for file, line in stack[:1]:
+            made = self.made.setdefault((file, line, taker), {})
+            if stack not in made:
+                made[stack] = _Copies()
+            made[stack].add(numbers)
 
     def _forget(self, taker: _Taker, value: Any) -> None:
         """Forget the copies of what a line has taken again; all of them if it is not known what that comes from."""
-        copies = self.made.get(taker)
-        if copies:
-            sources = set(values.sources([value]))
-            left = [copy for copy in copies if sources and sources.isdisjoint(values.sources([copy.number]))]
-            if left:
-                self.made[taker] = left
-            else:
+        made = self.made.get(taker)
+        if made:
+            sources = values.sources(value)
+            for copies in made.values():
+                copies.sources = copies.sources.difference(sources) if sources else set()
+            if not any(copies.sources for copies in made.values()):
                 self.made.pop(taker, None)
 
     def _forget_the_first_round(self) -> None:
         """Forget what was copied since the main thread came into the loop in which the first round begins."""
         rounds = rounds_of_main_thread()
-        for taker, copies in list(self.made.items()):
-            left = [copy for copy in copies if not _is_within(copy.stack, rounds)]
-            if left:
+        for taker, made in list(self.made.items()):
+            left = {stack: copies for stack, copies in made.items() if not _is_within(stack, rounds)}
+            for copies in left.values():
+                copies.look_up()
+            if any(copies.sources for copies in left.values()):
                 self.made[taker] = left
             else:
                 del self.made[taker]
@@ -116,8 +131,8 @@ def _is_in_round() -> bool:
     return MEMORY.has_begun or threading.current_thread() is not threading.main_thread()
 
 
-def _is_within(stack: Tuple[Tuple[types.CodeType, int], ...], rounds: List[Tuple[types.CodeType, int, int]]) -> bool:
-    return any(code is other and first <= line <= last for code, line in stack for other, first, last in rounds)
+def _is_within(stack: Stack, rounds: List[Tuple[str, int, int]]) -> bool:
+    return any(file == other and first <= line <= last for file, line in stack for other, first, last in rounds)
 
 
 PLAIN_COPIES = PlainCopies()

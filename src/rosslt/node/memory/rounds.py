@@ -26,6 +26,9 @@ _SPIN, _PAUSE = rospy.spin, signal.pause
 _LOOPS = (ast.While, ast.For, ast.AsyncFor)
 _ENDS = (ast.Break, ast.Return)
 
+#: (file, line) of each of the node's own functions that are running, from the inside outward.
+Stack = Tuple[Tuple[str, int], ...]
+
 
 class _Loop(NamedTuple):
     """The lines of a loop, the last one included, and the first of those that run in each round."""
@@ -157,15 +160,22 @@ def _is_in_round(frame: Optional[types.FrameType]) -> bool:
     return any(loops is None or loops for _, loops in _own_frames(frame))
 
 
-def own_stack(frame: Optional[types.FrameType]) -> Tuple[Tuple[types.CodeType, int], ...]:
-    """(code, line) of each of the node's own functions that are running, from the inside outward."""
-    return tuple((one.f_code, one.f_lineno or 0) for one, _ in _own_frames(frame))
+def own_stack(frame: Optional[types.FrameType]) -> Stack:
+    """What is running."""
+    found = []
+    while frame is not None:
+        if is_own_module(frame.f_globals):
+            found.append((frame.f_code.co_filename, frame.f_lineno or 0))
+        frame = frame.f_back
+    return tuple(found)
 
 
-def rounds_of_main_thread() -> List[Tuple[types.CodeType, int, int]]:
-    """(code, first line, last line) of what runs again in each round of the loops that the main thread is in."""
+def rounds_of_main_thread() -> List[Tuple[str, int, int]]:
+    """(file, first line, last line) of what runs again in each round of the loops that the main thread is in."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
-    return [(one.f_code, loop.again, loop.last) for one, loops in _own_frames(frame) for loop in loops or ()]
+    return [
+        (one.f_code.co_filename, loop.again, loop.last) for one, loops in _own_frames(frame) for loop in loops or ()
+    ]
 
 
 def _own_frames(
