@@ -54,6 +54,16 @@ class Limits:
     high: float
 """
 
+POST = """
+Post = namedtuple('Post', 'x y hold')
+"""
+
+SPOT = """
+class Spot(typing.NamedTuple):
+    x: float
+    y: float = 0
+"""
+
 CLAMP = """
 def clamp(value, low, high): pass
 """
@@ -68,6 +78,14 @@ def clamp(value, low, high): pass
         (PID + 'pid = PID(0.5)', ['pid']),
         (PID + 'class Mine(PID): pass\npid = Mine(0.5, 1.5)', ['pid.kp', 'pid.ki']),
         (LIMITS + 'limits = Limits(0.5, 1.5)', ['limits.low', 'limits.high']),
+        (POST + 'posts = [Post(0.5, 1.5, hold=2.5)]', ['posts.0.x', 'posts.0.y', 'posts.0.hold']),
+        (POST.replace('y hold', 'y, hold') + 'post = Post(0.5, 1.5)', ['post.x', 'post.y']),
+        (POST.replace("'x y hold'", "['x', 'y'], defaults=[0]") + 'post = Post(0.5, 1.5)', ['post.x', 'post.y']),
+        ('Post = collections.namedtuple("Post", ("x", "y"))\nf(Post(0.5, 1.5))', ['f.x', 'f.y']),
+        ('Post = NamedTuple("Post", [("x", float), ("y", float)])\npost = Post(0.5, 1.5)', ['post.x', 'post.y']),
+        ('class Post(namedtuple("Post", "x y")): pass\npost = Post(0.5, 1.5)', ['post.x', 'post.y']),
+        (POST + 'class Mine(Post): pass\npost = Mine(0.5, 1.5)', ['post.x', 'post.y']),
+        (SPOT + 'spot = Spot(0.5, 1.5)', ['spot.x', 'spot.y']),
         (CLAMP + 'x = clamp(y, 0.5, 1.5)', ['x.low', 'x.high']),
         (CLAMP + 'clamp(y, 0.5, 1.5)', ['clamp.low', 'clamp.high']),
         ('from a import *' + CLAMP + 'x = clamp(y, 0.5, 1.5)', ['x.low', 'x.high']),
@@ -95,6 +113,13 @@ def test_arguments_have_the_names_of_their_parameters(text, expected):
         LIMITS.replace('float', 'float = field()') + 'pid = Limits(0.5, 1.5)',
         LIMITS.replace('frozen', 'init') + 'pid = Limits(0.5, 1.5)',
         '@wrapped' + CLAMP + 'pid = clamp(0.5, 1.5)',
+        POST.replace("'x y hold'", "'x y hold', rename=True") + 'pid = Post(0.5, 1.5)',
+        POST.replace("'x y hold'", 'FIELDS') + 'pid = Post(0.5, 1.5)',
+        'Post = NamedTuple("Post", [()])\npid = Post(0.5, 1.5)',
+        POST.replace('namedtuple', 'record') + 'pid = Post(0.5, 1.5)',
+        POST + 'Post = other\npid = Post(0.5, 1.5)',
+        POST + 'from posts import *\npid = Post(0.5, 1.5)',
+        POST + 'class Mine(Post):\n    def __new__(cls, a, b): pass\npid = Mine(0.5, 1.5)',
         'class A:\n def pid(self, x, y): self.pid(0.5, 1.5)\nclass B(A):\n def pid(self, a, b): pass',
         'class A:\n def pid(self, x, y): self.pid(0.5, 1.5)\nA.pid = other',
         'class A:\n @wrapped\n def pid(self, x, y): self.pid(0.5, 1.5)',
@@ -102,6 +127,12 @@ def test_arguments_have_the_names_of_their_parameters(text, expected):
 )
 def test_parameters_that_are_not_known_are_not_guessed(text):
     assert names(text) == ['pid.0', 'pid.1']
+
+
+def test_edits_elsewhere_leave_the_fields_of_a_tuple():
+    text = POST + 'posts = [Post(0.5, 1.5), Post(2.5, 3.5)]'
+    expected = ['posts.0.x', 'posts.0.y', 'posts.1.x', 'posts.1.y']
+    assert names(text) == names('import math\n' + text + '\nmath.pi') == expected
 
 
 def test_what_stands_behind_a_starred_argument_is_not_known():

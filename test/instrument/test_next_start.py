@@ -110,6 +110,74 @@ if __name__ == '__main__':
     main()
 """
 
+COUNTED = """\
+from collections import deque
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point
+
+SHELVES = 3
+EARLY = 2
+COLUMNS = 4
+ZEROS = 5
+GRID = 6
+LINE = 7
+FILLED = 8
+MODE = 2
+ROUNDS = 9
+BOTH = 2
+AGAIN = 3
+OTHER = 6
+PHASES = 5
+WINDOW = 20
+LIMIT = 0.5
+
+early = [i * 1.0 for i in range(EARLY)]
+
+def doubled(count):
+    return [2.0 * i for i in range(count)]
+
+class Counted:
+    def __init__(self):
+        self.shelves = []
+        for i in range(SHELVES + 1):
+            self.shelves.append(i)
+        self.row = [0.0] * COLUMNS
+        self.zeros = np.zeros(ZEROS)
+        self.grid = np.zeros((GRID, 2))
+        self.line = np.linspace(0.0, 1.0, LINE)
+        self.filled = []
+        while len(self.filled) < FILLED:
+            self.filled.append(0.0)
+        if MODE == 2:
+            self.gain = 2.0
+        self.both = [0 for _ in range(BOTH)]
+        self.window = deque(maxlen=WINDOW)
+        self.again, self.other = doubled(AGAIN), doubled(OTHER)
+        self.pub = rospy.Publisher('~place', Point, queue_size=1)
+
+    def step(self, phase):
+        count = sum(1 for _ in range(ROUNDS))
+        if phase == 0:
+            for _ in range(PHASES):
+                pass
+        both = len([0 for _ in range(BOTH)])
+        doubled(AGAIN)
+        if self.gain < LIMIT:
+            count = 0
+        self.pub.publish(self.gain * BOTH, count, len(self.shelves))
+
+def main():
+    rospy.init_node('counted')
+    counted, rate, phase = Counted(), rospy.Rate(20), 0
+    while True:
+        counted.step(phase)
+        phase += 1
+        rate.sleep()
+
+main()
+"""
+
 
 def late(name, *options):
     """{name of a location: the last column of `rosslt list`}."""
@@ -164,11 +232,53 @@ def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
         assert (found['PAUSE'], found['~period']) == (of_pause, '')  # the Duration of the period is made again
         assert 'nothing that the node keeps came of it' in found['~watch']
         assert rosslt('set', '/partly/~period', '0.1').stderr == ''
-        assert rosslt('set', '/partly/~rate', '10').stderr == f'rosslt set: {of_rate}; the rest follows\n'
+        assert rosslt('set', '/partly/~rate', '10').stderr == f'rosslt set: {of_rate}; what else uses it follows\n'
         heard.comes(lambda message: message.x == 0.1)
         examined = rosslt('doctor', '/partly/place', '--time', '1').stdout
         assert f'of a change of /partly/~rate, {of_rate}' in examined
         assert '/partly/~rate' in next(line for line in examined.splitlines() if 'it comes from' in line)
+
+
+def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
+    with Unmodified(tmp_path, 'counted', COUNTED), Listener('counted/place', Point) as heard:
+        heard.next()
+
+        def said(taker, text):
+            line = next(number for number, one in enumerate(COUNTED.splitlines(), 1) if text in one)
+            return f'{taker} at counted.py:{line} takes it at the next start'
+
+        of_both = said('range', 'self.both =')
+        expected = {
+            'SHELVES': said('range', 'range(SHELVES'),
+            'EARLY': said('range', 'early ='),
+            'COLUMNS': said('the length of a list', 'self.row'),
+            'ZEROS': said('numpy.zeros', 'self.zeros'),
+            'GRID': said('numpy.zeros', 'self.grid'),
+            'LINE': said('numpy.linspace', 'self.line'),
+            'FILLED': said('while', 'while len'),
+            'MODE': said('if', 'if MODE'),
+            'WINDOW': said('collections.deque', 'self.window'),
+            'BOTH': of_both,
+            'OTHER': said('range', 'range(count)'),
+            'ROUNDS': '',  # counted by it in each round
+            'AGAIN': '',  # the line counts by it again in each round
+            'PHASES': '',  # it may run again: it is in the loop
+            'LIMIT': '',
+        }
+        wait_until(lambda: late('/counted').get('AGAIN') == '', 'the second round')
+        found = late('/counted')
+        assert {name: found[name] for name in expected} == expected
+        follows = 'what else uses it follows\n'
+        assert rosslt('set', '/counted/SHELVES', '4').stderr == f'rosslt set: {expected["SHELVES"]}; {follows}'
+        assert rosslt('set', '/counted/ROUNDS', '10').stderr == ''
+        message = heard.comes(lambda message: message.y == 10.0)
+        assert message.z == 4.0
+        assert f'of a change of /counted/BOTH, {of_both}' in rosslt('doctor', '/counted/place', '--time', '1').stdout
+        forced = rosslt('force', '/counted/place/x', '6', '--source', '/counted/BOTH')
+        assert (forced.returncode, forced.stderr) == (
+            0,
+            f'rosslt force: of a change of /counted/BOTH, {of_both}; {follows}',
+        )
 
 
 def test_what_an_init_has_set_and_others_have_set_since_says_so(master, tmp_path):

@@ -5,12 +5,12 @@ import io
 import os
 import re
 import tokenize
-from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from rosslt import files, node
-from rosslt.instrument.lifetimes import own_functions
 from rosslt.instrument.literal_names import literal_names
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
+from rosslt.instrument.run_once import functions_run_once, repeated_parts
 from rosslt.instrument.states import States
 from rosslt.instrument.tables import rows_of_literals
 
@@ -37,7 +37,8 @@ class Literal(NamedTuple):
         minimum, maximum: bounds from a comment, or None.
         is_read_once: whether it is read when its file is loaded, and never again.
         row: the row of a table that it is in, as of `tables.rows_of_literals`; '' if it is in none.
-        is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of `_set_up`.
+        is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of
+            `functions_run_once`.
     """
 
     file: str
@@ -93,8 +94,9 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
         limits = limits_at.get(judgement.node.lineno)
         if judgement.rule.verdict != PLAIN and limits != 'skip':
             found.append((judgement, limits or (None, None)))
-    repeated = _repeated(tree)
-    set_up = _set_up(tree, repeated)
+    repeated = repeated_parts(tree)
+    once = functions_run_once(tree, repeated)
+    set_up = {part for function, run in once if function.name == '__init__' for part in run}
     rows = rows_of_literals(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
     names = literal_names(tree, [(judgement.node, judgement.name) for judgement, _ in found])
@@ -122,51 +124,6 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
         )
         for (judgement, (minimum, maximum)), identity, name in zip(found, identities, names)
     ]
-
-
-def _repeated(tree: ast.AST) -> Set[int]:
-    """The ids of the parts of a tree that may run more than once: bodies of functions, and loops."""
-    parts: List[ast.AST] = []
-    for one in ast.walk(tree):
-        if isinstance(one, ast.Lambda):
-            parts.append(one.body)
-        elif isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)):
-            parts += one.body
-        elif isinstance(one, ast.While):
-            parts += [one.test, *one.body]
-        elif isinstance(one, ast.For):
-            parts += one.body
-    return {id(inner) for part in parts for inner in ast.walk(part)}
-
-
-def _set_up(tree: ast.Module, repeated: Set[int]) -> Set[int]:
-    """The ids of what those `__init__`s run that the program calls once, or several times one by one.
-
-    Each place that names their class is a call, in the module itself or in a function or an `__init__` of that kind.
-    """
-    mentions: Dict[str, Set[int]] = {}
-    for one in ast.walk(tree):
-        name = getattr(one, 'id', getattr(one, 'attr', getattr(one, 'value', None)))
-        if isinstance(one, (ast.Name, ast.Attribute, ast.Constant)) and isinstance(name, str):
-            mentions.setdefault(name, set()).add(id(one))
-    called = {id(one): id(one.func) for one in ast.walk(tree) if isinstance(one, ast.Call)}
-    once = {function for call, function in called.items() if call not in repeated}
-    waiting = {
-        name: made
-        for name, made in own_functions(tree).items()
-        if name != '__init__' and not any(getattr(one, 'decorator_list', ()) for one in made)
-    }
-    found: Set[int] = set()
-    while True:
-        begun = [name for name in waiting if name in mentions and mentions[name] <= once]
-        if not begun:
-            return found
-        for function in (function for name in begun for function in waiting.pop(name)):
-            inner = ast.Module(function.body, [])  # type: ignore[attr-defined]
-            run = {id(part) for part in ast.walk(inner)} - _repeated(inner)
-            once |= {function for call, function in called.items() if call in run}
-            if function.name == '__init__':  # type: ignore[attr-defined]
-                found |= run
 
 
 def directives(tree: ast.Module, text: str) -> Dict[int, Any]:

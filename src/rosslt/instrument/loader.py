@@ -30,6 +30,7 @@ from rosslt.instrument.tree_rewriting import (
     ROUTE,
     ROUTE_ALL,
     SAME,
+    TAKEN,
     Rewritten,
     in_place,
     name_of_cells,
@@ -91,8 +92,8 @@ _REWRITING = (
     *(
         f'instrument/{name}'
         for name in (
-            *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'signatures', 'states'),
-            *('tables', 'tree_rewriting'),
+            *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'plain_readings', 'run_once'),
+            *('signatures', 'states', 'tables', 'tree_rewriting'),
         )
     ),
     'node/locations/literal_identities',
@@ -133,6 +134,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     found[PLAIN_PARTS] = cells.plain_parts
     found[OBJECT] = cells.plain_object
     found[SAME] = cells.is_same
+    found[TAKEN] = node.taken
     found[ROUTE] = routing.route
     found[ROUTE_ALL] = routing.route_all
     found[CONVERT] = functions.convert

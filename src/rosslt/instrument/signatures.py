@@ -10,8 +10,8 @@ _FUNCTIONS = FUNCTIONS[:2]  # without lambdas
 
 
 class Signatures:
-    """The functions and classes that a module defines at its top, each under a name that means nothing else in it, and
-    the methods that one class alone has.
+    """The functions, classes and named tuples that a module defines at its top, each under a name that means nothing
+    else in it, and the methods that one class alone has.
 
     Args:
         tree: of the module.
@@ -27,6 +27,12 @@ class Signatures:
             node.name: node
             for node in tree.body
             if isinstance(node, (*_FUNCTIONS, ast.ClassDef)) and bound[node.name] == 1 and node.lineno > last_star
+        }
+        self._tuples: Dict[str, List[str]] = {
+            node.targets[0].id: _fields_of_tuple(node.value)
+            for node in tree.body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.lineno > last_star
+            if bound[node.targets[0].id] == 1
         }
         assigned = {
             node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
@@ -50,8 +56,11 @@ class Signatures:
         """
         if any(isinstance(one, ast.Starred) for one in call.args[: index + 1]):
             return None
-        called = self._known.get(call.func.id) if isinstance(call.func, ast.Name) else None
-        if isinstance(called, ast.ClassDef):
+        name = call.func.id if isinstance(call.func, ast.Name) else ''
+        called = self._known.get(name)
+        if name in self._tuples:
+            names = self._tuples[name]
+        elif isinstance(called, ast.ClassDef):
             names = self._of_class(called)
         elif called is not None:
             names = [] if called.decorator_list else positional_parameters(called)
@@ -70,7 +79,14 @@ class Signatures:
         if is_data:
             return [] if made.bases else list(_fields(made))
         base = made.bases[0] if len(made.bases) == 1 else None
-        inherited = self._known.get(base.id) if isinstance(base, ast.Name) else None
+        if isinstance(base, ast.Call):
+            return _fields_of_tuple(base)
+        if _last(base) == 'NamedTuple':
+            return list(_fields(made))
+        name = base.id if isinstance(base, ast.Name) else ''
+        if name in self._tuples:
+            return self._tuples[name]
+        inherited = self._known.get(name)
         if isinstance(inherited, ast.ClassDef) and inherited.lineno < made.lineno:
             return self._of_class(inherited)
         return []
@@ -111,15 +127,41 @@ def _is_dataclass(decorator: ast.AST) -> bool:
     if isinstance(decorator, ast.Call):
         options = {one.arg for one in decorator.keywords}
         return not options & {'init', 'kw_only', None} and _is_dataclass(decorator.func)
-    return getattr(decorator, 'attr', getattr(decorator, 'id', '')) == 'dataclass'
+    return _last(decorator) == 'dataclass'
+
+
+def _last(name: Optional[ast.AST]) -> str:
+    """The last part of a name: `dataclass` of `dataclasses.dataclass`."""
+    return getattr(name, 'attr', getattr(name, 'id', ''))
 
 
 def _fields(made: ast.ClassDef) -> Iterator[str]:
-    """The fields of a dataclass that its calls take in order."""
+    """The fields of a dataclass or a NamedTuple that its calls take in order."""
     for part in made.body:
         if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
-            words = {getattr(one, 'attr', getattr(one, 'id', '')) for one in ast.walk(part.annotation)}
+            words = {_last(one) for one in ast.walk(part.annotation)}
             if 'KW_ONLY' in words or isinstance(part.value, ast.Call):
                 return  # `field(...)` may leave it out
             if 'ClassVar' not in words:
                 yield part.target.id
+
+
+def _fields_of_tuple(made: ast.expr) -> List[str]:
+    """The fields of `namedtuple('Post', 'x y')` and `NamedTuple('Post', [('x', float)])`; none of anything else."""
+    kind = _last(made.func) if isinstance(made, ast.Call) else ''
+    if not isinstance(made, ast.Call) or kind not in ('namedtuple', 'NamedTuple'):
+        return []
+    if len(made.args) != 2 or any(one.arg not in ('defaults', 'module') for one in made.keywords):
+        return []  # `rename` gives some other names
+    try:
+        fields = ast.literal_eval(made.args[1]) if kind == 'namedtuple' else _first_of_each(made.args[1])
+    except (IndexError, TypeError, ValueError):
+        return []  # they are not written there
+    names = fields.replace(',', ' ').split() if isinstance(fields, str) else fields
+    are_texts = isinstance(names, (list, tuple)) and all(isinstance(one, str) for one in names)
+    return list(names) if are_texts else []
+
+
+def _first_of_each(pairs: ast.expr) -> List[Any]:
+    """The names in a list of (name, type)."""
+    return [ast.literal_eval(getattr(pair, 'elts', [pair])[0]) for pair in getattr(pairs, 'elts', [])]

@@ -10,18 +10,20 @@ from rosslt import files
 from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.lifetimes import bound_arguments, own_functions
 from rosslt.instrument.literals import Literal, SourceText, find_literals
+from rosslt.instrument.plain_readings import plain_readings
 from rosslt.instrument.states import find_states
 
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
 #: The names that rewritten code finds among Python's own, whatever its globals are.
-ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, OBJECT, SAME = (
+ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, OBJECT, SAME, TAKEN = (
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
     '__rosslt_plain_parts__',
     '__rosslt_object__',
     '__rosslt_same__',
+    '__rosslt_taken__',
 )
 #: Conversions of which the argument may be tracked.
 CONVERSIONS = {
@@ -95,12 +97,14 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     literals = [literal for _, literal in found]
     cells = {id(node): (number, literal) for number, (node, literal) in enumerate(found)}
     name = name_of_cells(source.path, source.digest)
-    rewriter = _Rewriter(name, cells, states.steps, _bound_names(tree), _shared_names(tree), *_hidden(tree, cells))
+    bound = bound_names(tree)
+    taken = plain_readings(tree, bound)
+    rewriter = _Rewriter(name, cells, states.steps, bound, taken, _shared_names(tree), *_hidden(tree, cells))
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
 
 
-def _bound_names(tree: ast.AST) -> Set[str]:
+def bound_names(tree: ast.AST) -> Set[str]:
     """The names that the program itself gives a meaning, anywhere."""
     names = set()
     for node in ast.walk(tree):
@@ -222,6 +226,7 @@ class _Rewriter(ast.NodeTransformer):
         cells: Any,
         steps: Dict[ast.AST, List[int]],
         bound: Set[str],
+        taken: Dict[int, str],
         shared: Set[str],
         hidden: Set[str],
         kinds: Tuple[type, ...],
@@ -230,6 +235,7 @@ class _Rewriter(ast.NodeTransformer):
         self._cells = cells
         self._steps = steps
         self._bound = bound
+        self._taken = taken
         self._chance = CHANCE - bound
         self._shared = shared
         self._hidden = hidden
@@ -240,7 +246,9 @@ class _Rewriter(ast.NodeTransformer):
         cell = self._cells.get(id(node))
         if cell is not None:
             return self._reading(node, *cell)
-        return super().visit(node)
+        taker = self._taken.get(id(node))
+        made = super().visit(node)
+        return made if taker is None else _call(TAKEN, [_text(taker, node), made], node)
 
     def _reading(self, node: Any, number: int, literal: Literal) -> ast.AST:
         where = ast.copy_location(ast.Constant(value=number), node)
@@ -369,7 +377,7 @@ class _Rewriter(ast.NodeTransformer):
         owner = getattr(getattr(target, 'value', None), 'id', None)
         if not isinstance(target, ast.Attribute) or owner is None or owner in self._shared:
             return False
-        return owner not in _bound_names(value)
+        return owner not in bound_names(value)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> Union[ast.AST, List[ast.stmt]]:
         is_step = node in self._steps

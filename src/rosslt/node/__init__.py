@@ -66,6 +66,7 @@ from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.locations.uses import Uses
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.own_code import include_file, is_own_file
+from rosslt.node.memory.plain_copies import taken
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import begins_round
 from rosslt.node.no_master import NO_MASTER

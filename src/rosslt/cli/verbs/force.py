@@ -151,10 +151,14 @@ def _show(
     is_planned: bool = False,
     seen: Sequence[object] = (),
 ) -> None:
-    """Print changes of sources."""
+    """Print changes of sources, and what takes them at the next start only."""
     for changed, (old, new) in changes.items():
         if old != new:
             write_change(directory, changed, node.to_json(old), node.to_json(new), is_planned, seen)
+            place = directory.of(changed)
+            if place is not None and place.location.plain_copies:
+                said = f'of a change of {place.name}, {place.location.plain_copies}'
+                print(f'rosslt force: {said}; what else uses it follows', file=sys.stderr)
 
 
 def _report(outcome: node.Outcome, publisher: str) -> None:

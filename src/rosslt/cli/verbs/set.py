@@ -39,4 +39,4 @@ def run(options: argparse.Namespace) -> None:
     if place.location.at_next_start:
         print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)
     elif place.location.plain_copies:
-        print(f'rosslt set: {place.location.plain_copies}; the rest follows', file=sys.stderr)
+        print(f'rosslt set: {place.location.plain_copies}; what else uses it follows', file=sys.stderr)

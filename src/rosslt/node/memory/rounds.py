@@ -26,12 +26,16 @@ _SPIN, _PAUSE = rospy.spin, signal.pause
 _LOOPS = (ast.While, ast.For, ast.AsyncFor)
 _ENDS = (ast.Break, ast.Return)
 
+#: (file, line) of each of the node's own functions that are running, from the inside outward.
+Stack = Tuple[Tuple[str, int], ...]
+
 
 class _Loop(NamedTuple):
-    """The lines of a loop, the last one included."""
+    """The lines of a loop, the last one included, and the first of those that run in each round."""
 
     first: int
     last: int
+    again: int
 
 
 def begins_round(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -153,16 +157,43 @@ def _spins(frame: Optional[types.FrameType]) -> bool:
 
 def _is_in_round(frame: Optional[types.FrameType]) -> bool:
     """Return whether any of the node's own functions that are running is in a loop that does more than wait."""
+    return any(loops is None or loops for _, loops in _own_frames(frame))
+
+
+def own_stack(frame: Optional[types.FrameType]) -> Stack:
+    """What is running."""
+    found = []
+    while frame is not None:
+        if is_own_module(frame.f_globals):
+            found.append((frame.f_code.co_filename, frame.f_lineno or 0))
+        frame = frame.f_back
+    return tuple(found)
+
+
+def rounds_of_main_thread() -> List[Tuple[str, int, int]]:
+    """(file, first line, last line) of what runs again in each round of the loops that the main thread is in."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    return [
+        (one.f_code.co_filename, loop.again, loop.last) for one, loops in _own_frames(frame) for loop in loops or ()
+    ]
+
+
+def _own_frames(
+    frame: Optional[types.FrameType],
+) -> Iterator[Tuple[types.FrameType, Optional[List[_Loop]]]]:
+    """The node's own functions that are running, from the inside outward, each with the loops around its line; None if
+    the text of its file is not known."""
     while frame is not None:
         if is_own_module(frame.f_globals):
             code = frame.f_code
             begin = 0 if code.co_name == '<module>' else code.co_firstlineno
             line = frame.f_lineno or 0  # none between two lines, where another thread may see the frame
             loops = _loops_of(code.co_filename)
-            if loops is None or any(loop.first <= line <= loop.last for loop in loops if loop.first >= begin):
-                return True
+            yield (
+                frame,
+                None if loops is None else [one for one in loops if begin <= one.first <= line <= one.last],
+            )
         frame = frame.f_back
-    return False
 
 
 @functools.lru_cache(maxsize=None)
@@ -175,7 +206,15 @@ def _loops_of(path: str) -> Optional[List[_Loop]]:
     if not tree.body:
         return None
     loops = [node for node in ast.walk(tree) if isinstance(node, _LOOPS)]
-    return [_Loop(loop.lineno, loop.end_lineno or loop.lineno) for loop in loops if not _only_waits(loop.body)]
+    return [
+        _Loop(
+            loop.lineno,
+            loop.end_lineno or loop.lineno,
+            loop.lineno if isinstance(loop, ast.While) else loop.body[0].lineno,
+        )
+        for loop in loops
+        if not _only_waits(loop.body)
+    ]
 
 
 def _only_waits(body: List[ast.stmt]) -> bool:
