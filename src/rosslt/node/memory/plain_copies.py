@@ -4,12 +4,13 @@ and what was counted or decided by it, as `range(n)`.
 A line that does so again in a round, or in another thread, follows by itself.
 """
 
+import collections
 import functools
 import os
 import sys
 import threading
 import types
-from typing import Any, Callable, Dict, Iterable, List, Set, Tuple
+from typing import Any, Callable, Counter, Dict, Iterable, List, Set, Tuple
 
 import rospy
 
@@ -19,6 +20,9 @@ from rosslt.node.memory.rounds import Stack, own_stack, rounds_of_main_thread
 
 #: The classes of rospy that keep plain numbers of their arguments. A Timer gets its period as a Duration.
 _CLASSES = (rospy.Rate, rospy.Duration)
+
+#: How many times a line of the set-up is looked at: a loop of it may have millions of passes.
+MOST_PASSES = 1000
 
 #: What has taken a copy: the file, the line, and what stands there.
 _Taker = Tuple[str, int, str]
@@ -58,6 +62,7 @@ class PlainCopies:
 
     def __init__(self) -> None:
         self.made: Dict[_Taker, Dict[Stack, _Copies]] = {}
+        self._passes: Counter[_Taker] = collections.Counter()
 
     def watch(self) -> None:
         """Note what makes them of rospy from now on, as there is a node."""
@@ -67,9 +72,11 @@ class PlainCopies:
 
     def take(self, taker: str, frame: types.FrameType, value: Any) -> None:
         """The line that a frame runs counts or decides by a value."""
+        line = frame.f_code.co_filename, frame.f_lineno, taker
         if _is_in_round():
-            self._forget((frame.f_code.co_filename, frame.f_lineno, taker), value)
-        elif type(value) in values.TRACKED_CLASSES:
+            self._forget(line, value)
+        elif type(value) in values.TRACKED_CLASSES and self._passes[line] < MOST_PASSES:
+            self._passes[line] += 1
             self._note(taker, frame, [value])
 
     def takers_of(self, source: values.Source) -> List[str]:
