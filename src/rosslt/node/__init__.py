@@ -69,6 +69,7 @@ from rosslt.node.memory.own_code import include_file, is_own_file
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import begins_round
 from rosslt.node.no_master import NO_MASTER
+from rosslt.node.parameters.mirror import kept_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
