@@ -46,9 +46,7 @@ from rosslt.node.change.forcing import (
     NotReached,
     Outcome,
     force_field,
-    shared_in,
     solve_by_effect,
-    tracked_of_thing,
 )
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
@@ -63,7 +61,7 @@ from rosslt.node.locations.location import HeldLocation, LiteralLocation, locati
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES
-from rosslt.node.locations.uses import Uses
+from rosslt.node.locations.uses import Uses, shared_in, tracked_of_thing
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.own_code import include_file, is_own_file
 from rosslt.node.memory.remembered import MEMORY
