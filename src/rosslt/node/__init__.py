@@ -66,6 +66,7 @@ from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.own_code import include_file, is_own_file
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import begins_round
+from rosslt.node.namesake import where_it_runs
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.mirror import kept_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
