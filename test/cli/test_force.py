@@ -93,6 +93,28 @@ SEVERAL = """
     """
 
 
+GATED = """
+    from visualization_msgs.msg import Marker
+
+    publisher = rosslt.Publisher('gated', Marker, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        dock = rosslt.location(10.0, name='dock')
+        marker = Marker(type=Marker.SPHERE_LIST, points=[Point(dock, 0.0, 0.0)])
+        marker.pose.position = Point(dock + rosslt.location(1.0, name='beside'), 0.0, 0.0)
+        publisher.publish(marker)
+        rate.sleep()
+    """
+
+
+def test_what_the_points_of_a_marker_come_from_stays_as_in_a_drag(master):
+    with Node('gated', GATED):
+        wait_until(lambda: rosslt('explain', '/gated/pose').stdout, 'it publishes')
+        (planned,) = lines('force', '/gated/pose/position/x', '12', '--dry-run')
+        assert planned[:3] == ['/gated/beside', '1.0', '2.0']
+        assert lines('force', '/gated/pose/position/x', '12')[0][:3] == ['/gated/beside', '1.0', '2.0']
+
+
 @pytest.fixture
 def several(master):
     """A node that tells of four things on one topic, in turn and in one message, and of two joints."""

@@ -1,6 +1,11 @@
 """Which sources of a thing move other things as well."""
 
 import pytest
+from geometry_msgs.msg import Point, Point32, PoseStamped, TransformStamped, Twist
+from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from rosslt import math, node, values
 
@@ -78,3 +83,51 @@ def test_what_a_thing_is_moved_by_does_not_depend_on_how_late_its_double_is(besi
     assert node.Directory().held([gate], shared) == [DOCK]
     noted = node.Directory().shared([gate], shared, [BESIDE])
     assert noted == ([] if beside == 0.5 else [BESIDE])
+
+
+def marker(x, width=1.0, turn=0.0, points=()):
+    found = Marker(points=[Point(one, 0.0, 0.0) for one in points])
+    found.pose.position.x, found.pose.orientation.z, found.scale.x = x, turn, width
+    return found
+
+
+def pose(x, y=0.0, turn=0.0):
+    found = PoseStamped()
+    found.pose.position.x, found.pose.position.y, found.pose.orientation.z = x, y, turn
+    return found
+
+
+def frame(x, turn=0.0):
+    found = TransformStamped()
+    found.transform.translation.x, found.transform.rotation.z = x, turn
+    return found
+
+
+def twist(x, z):
+    found = Twist()
+    found.linear.x, found.angular.z = x, z
+    return found
+
+
+GATE = number(DOCK, BESIDE)
+
+
+@pytest.mark.parametrize(
+    ('message', 'path', 'shared'),
+    [
+        (marker(GATE, points=[number(DOCK)]), 'pose/position/x', [{DOCK}]),
+        (marker(number(DOCK), points=[GATE, 1.0]), 'points[0]/x', [{DOCK}]),
+        (marker(GATE, width=number(DOCK)), 'pose/position/x', [{DOCK}]),
+        (marker(number(DOCK), width=GATE), 'scale/x', [{DOCK}]),
+        (MarkerArray([marker(GATE), marker(1.0, turn=number(DOCK))]), 'markers[0].pose.position.x', [{DOCK}]),
+        (MarkerArray([marker(GATE), marker(1.0, points=[number(DOCK)])]), 'markers[0]/pose', [{DOCK}]),
+        (Path(poses=[pose(GATE), pose(number(DOCK))]), 'poses[0]/pose/position/x', [{DOCK}]),
+        (PointCloud(points=[Point32(GATE, 0, 0), Point32(0, number(DOCK), 0)]), 'points[0]/x', [{DOCK}]),
+        (TFMessage([frame(GATE), frame(1.0, number(DOCK))]), 'transforms[0]/transform/translation/x', [{DOCK}]),
+        (pose(GATE, number(DOCK), number(BESIDE)), 'pose/position/x', [set(), set()]),
+        (twist(GATE, number(DOCK)), 'linear/x', [set()]),
+        (Point(GATE, 0.0, 0.0), 'x', [set()]),
+    ],
+)
+def test_what_else_a_message_shows_is_a_thing_of_its_own(message, path, shared):
+    assert node.shared_in(message, path) == shared

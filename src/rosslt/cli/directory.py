@@ -117,7 +117,8 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
         if text in nodes:
             raise Failure(f'{text} names no location of the node; see rosslt list {text}')
         meant = did_it_begin_with(text, nodes)
-        raise Failure(f'{text} begins with no node that has locations{meant}; see rosslt list')
+        kept = _kept_of(master, text)
+        raise Failure(f'{text} begins with no node that has locations{meant}; {kept or "see rosslt list"}')
     return found, text[len(found) + 1 :]
 
 
@@ -126,6 +127,21 @@ def _split(text: str, nodes: Iterable[str]) -> Tuple[Optional[str], str]:
     text = text if text.startswith('/') else full_name('x')[:-1] + text
     begun = [name for name in nodes if text.startswith((name + '/', name + '#'))]
     return max(begun, key=len) if begun else None, text
+
+
+def _kept_of(master: rosgraph.Master, text: str) -> str:
+    """What a node that has ended, as NODE/LOCATION says, has left of a literal, and how that is dropped; '' if
+    nothing."""
+    for slash in re.finditer('(?<=[^/])/(?=[^/])', text):
+        name, literal = text[: slash.start()], text[slash.end() :]
+        kept = node.kept_of(master, name, literal)
+        if kept is not None:
+            said, value = kept
+            return (
+                f'{name} has ended, and begins with {literal} = {value!r} where its code says {said!r}: '
+                f'`rosparam delete {name}/rosslt/{literal}` has it begin with {said!r}'
+            )
+    return ''
 
 
 def find_node_or_location(master: rosgraph.Master, directory: Directory, text: str) -> Tuple[str, Optional[Place]]:

@@ -14,6 +14,7 @@ import time
 import types
 from typing import Any, Callable, Collection, Dict, List
 
+import rosgraph
 import rospy
 
 from rosslt import node, srv, values
@@ -128,8 +129,26 @@ def _tell_libraries() -> None:
             module.rospy = _LIBRARY_ROSPY  # type: ignore[attr-defined]
 
 
-def init_node(*args: object, **kwds: object) -> None:
+def _tell_of_namesake(name: str, argv: Any = None, anonymous: bool = False, *_: object, **__: object) -> None:
+    """Say where a node of the name of this one runs already, if one does; the arguments are those of `init_node`."""
+    remapped = (rospy.names.get_mappings() if argv is None else rosgraph.names.load_mappings(argv)).get('__name')
+    if anonymous and not remapped:
+        return
+    full_name = rosgraph.names.resolve_name(remapped or name, rospy.get_caller_id())
+    where = node.where_it_runs(full_name)
+    if where is not None:
+        print(
+            f'rosslt run: {full_name} runs already, in {where}: ROS ends that one, as this one takes its name. '
+            'To have both, give this one another name, `__name:=NAME`',
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+def init_node(*args: Any, **kwds: Any) -> None:
     """`rospy.init_node`, which also makes this node's locations known."""
+    if not node.is_initialized():
+        _tell_of_namesake(*args, **kwds)
     rospy.init_node(*args, **kwds)
     if _services:
         return  # rospy takes a second call with the same arguments, and does nothing

@@ -46,9 +46,7 @@ from rosslt.node.change.forcing import (
     NotReached,
     Outcome,
     force_field,
-    shared_in,
     solve_by_effect,
-    tracked_of_thing,
 )
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
@@ -63,13 +61,15 @@ from rosslt.node.locations.location import HeldLocation, LiteralLocation, locati
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES
-from rosslt.node.locations.uses import Uses
+from rosslt.node.locations.uses import Uses, shared_in, tracked_of_thing
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.own_code import include_file, is_own_file
 from rosslt.node.memory.plain_copies import taken
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import begins_round
+from rosslt.node.namesake import where_it_runs
 from rosslt.node.no_master import NO_MASTER
+from rosslt.node.parameters.mirror import kept_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized

@@ -8,7 +8,7 @@ services `change_sources`, `get_values`, `list_locations`, `list_edits` and `get
 
 import threading
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple, Type
 
 import rospy
 
@@ -213,11 +213,20 @@ class Owner:
         requests, back = self.history.to_undo(request_id, self.locations.by_id)
         return requests, [(self.changeable(location, requester), old) for location, old in back.items()]
 
-    def _claim_changes(self) -> None:
+    def _claim_changes(self, kind: Type[HeldLocation] = HeldLocation) -> None:
         """Tell the history which locations that an earlier run has changed exist now."""
         for location in self.locations.by_id.values():
-            if isinstance(location, HeldLocation):
+            if isinstance(location, kind):
                 self.history.claim(location, location.value)
+
+    def _kept_from_before(self) -> Dict[Location, Tuple[Scalar, Scalar]]:
+        """{Location: (value in the code, value)} of the literals that still have the value of their parameter that they
+        were started with."""
+        return {
+            one: (one.literal, one.value)
+            for one in self.locations.by_id.values()
+            if isinstance(one, LiteralLocation) and one.remembered
+        }
 
     def applied(self, changes: Sequence[Change], requester: str, request_id: str = '', record: bool = True) -> None:
         """Publish changes that have been applied, and add them to the history."""
@@ -258,11 +267,13 @@ class Owner:
             return False
         states = []
         with self.lock:
+            self._claim_changes(ParameterLocation)
+            kept = self._kept_from_before()
             suspects = self.history.since(time.monotonic() - SUSPECT)
-            read = locations_read(error, self.history.in_force())
+            read = locations_read(error, {**self.history.in_force(), **kept})
             new = [one for one in suspects if one.at > went_well]
             suspects = new or [one for one in suspects if read.intersection(one.changes)] or suspects
-            earlier = self.history.in_force(but=suspects)
+            earlier = {**self.history.in_force(but=suspects), **kept}
             raised = described_error(error, earlier, read, self.directory.name)
         if read and not suspects:
             rospy.logerr('%sfrom what was changed before\n%s', what_ends, raised)

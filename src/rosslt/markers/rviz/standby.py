@@ -10,6 +10,8 @@ from typing import Any, Iterator, Sequence
 
 import rosgraph
 
+from rosslt import node
+
 #: The period in which the first one is asked whether it still runs, and the time that it has to answer, in seconds.
 PERIOD, TIMEOUT = 0.5, 2.0
 
@@ -29,7 +31,12 @@ def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None
     is_told = False
     while _runs(name):
         if not is_told:
-            print(f'{name} runs already: this one takes over when it ends', file=sys.stderr, flush=True)
+            where = node.where_it_runs(name) or 'a process that does not answer any more'
+            print(
+                f'{name} runs already, in {where}: this one takes over when it ends. `rosnode kill {name}` ends it',
+                file=sys.stderr,
+                flush=True,
+            )
             is_told = True
         time.sleep(PERIOD)
 

@@ -42,17 +42,20 @@ def described_error(
     """An exception in one line: where it comes from, and which earlier changes may count there.
 
     Args:
-        earlier: {location: (value before, value after)}, from the latest one.
+        earlier: {location: (value before, value after)}, from the latest one; the value before is that in the code if a
+            literal was changed before the node was started.
         read: the changed locations that reach the line, as `locations_read` finds them; others are named only if none
             are known.
         name_of: what a source is called in a command.
     """
     file, line = raised_by(error)
     counting = {one: change for one, change in earlier.items() if one in read or not read}
-    texts = [
-        f'{one.name} {old!r} -> {new!r} (`rosslt set {name_of(one.source)} {to_json(old)}` takes it back)'
-        for one, (old, new) in counting.items()
-    ]
+    texts = []
+    for one, (old, new) in counting.items():
+        name = name_of(one.source)
+        when = ' before the node was started' if one.remembered else ''
+        back = f'reset {name}' if one.remembered else f'set {name} {to_json(old)}'
+        texts.append(f'{one.name} {old!r} -> {new!r}{when} (`rosslt {back}` takes it back)')
     more = [f'{len(texts) - MOST_NAMED} more'] if texts[MOST_NAMED:] else []
     which = 'which also reads what was changed before: ' if read else 'changed before: '
     told = f', {which}{", ".join([*texts[:MOST_NAMED], *more])}' if texts else ''

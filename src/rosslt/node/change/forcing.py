@@ -2,9 +2,8 @@
 
 import contextlib
 import dataclasses
-import re
 import time
-from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
@@ -21,7 +20,7 @@ from rosslt.node.change.client import (
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import MOST_NAMED, Observation, comes_from, is_alike, observe
-from rosslt.node.locations.uses import Uses
+from rosslt.node.locations.uses import shared_in, tracked_of_thing
 from rosslt.node.robot_description import check_joint_limits
 from rosslt.node.topics.listening import Heard, Listener
 from rosslt.values import Source
@@ -37,8 +36,6 @@ NAMES = {'ns', 'id', 'name', 'frame_id', 'child_frame_id', 'joint_names'}
 
 #: The end of the path of a goal's id in a message of an action: each goal has its own, also when sent again.
 OF_GOALS = 'goal_id.id'
-
-_INDEX = re.compile(r'\[\d+\]')
 
 #: The longest value or expression in an error, in characters.
 LONGEST = 160
@@ -102,30 +99,6 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
         and where != own
         and not values.is_tracked(leaf)
     )
-
-
-def tracked_of_thing(message: messages.Message, path: str) -> List[Any]:
-    """The tracked numbers of what a field is a part of: all coordinates of a point, whichever of them is meant."""
-    part, _ = messages.part_at(message, _thing_at(message, path))
-    return [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
-
-
-def shared_in(message: messages.Message, path: str) -> List[Set[Source]]:
-    """Of each of the numbers that `tracked_of_thing` gives, the sources that move others of its kind as well, as of
-    `Uses.shared`: those at the same place in other elements of an array of the message."""
-    thing, uses = _thing_at(message, path).strip('/').replace('/', '.'), Uses()
-    kind = _INDEX.sub('', thing)
-    for where, leaf in values.leaves(message) if kind != thing else ():
-        is_own = where == thing or where.startswith((thing + '.', thing + '['))
-        if _INDEX.sub('', where).startswith(kind + '.') and not is_own and values.is_tracked(leaf):
-            uses.put(where, [leaf])
-    return uses.shared(thing, tracked_of_thing(message, path))
-
-
-def _thing_at(message: messages.Message, path: str) -> str:
-    part, _ = messages.part_at(message, path)
-    is_number = isinstance(values.untracked(part), (int, float, str))
-    return re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path) if is_number else path
 
 
 def solve_by_effect(

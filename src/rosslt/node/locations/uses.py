@@ -1,10 +1,20 @@
 """Which numbers come from which sources, of all things on a screen or in a message: what others come from as well."""
 
 import ctypes
+import re
 from typing import Any, Dict, List, Sequence, Set, Tuple
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.values import Source
+
+#: The types of parts of messages that say where something is; vectors do so, or how large it is, in some types only.
+PLACES = ('geometry_msgs/Point', 'geometry_msgs/Point32', 'geometry_msgs/Quaternion')
+VECTOR, VECTORS_IN = 'geometry_msgs/Vector3', ('geometry_msgs/Transform', 'visualization_msgs/Marker')
+
+#: The types whose position and turn are one thing.
+POSES = ('geometry_msgs/Pose', 'geometry_msgs/Transform')
+
+_INDEX = re.compile(r'\[\d+\]')
 
 
 class Shared(List[Set[Source]]):
@@ -85,3 +95,64 @@ def _is_same(one: Any, other: Any) -> bool:
         return True
     are_floats = isinstance(one, float) and isinstance(other, float)
     return are_floats and (ctypes.c_float(one).value == other or ctypes.c_float(other).value == one)
+
+
+def tracked_of_thing(message: messages.Message, path: str) -> List[Any]:
+    """The tracked numbers of what a field is a part of: all coordinates of a point, whichever of them is meant."""
+    part, _ = messages.part_at(message, _thing_at(message, path))
+    return [leaf for _, leaf in values.leaves(part) if values.is_tracked(leaf)]
+
+
+def shared_in(message: messages.Message, path: str) -> Shared:
+    """Of each of the numbers that `tracked_of_thing` gives, the sources that move others of its kind as well, as of
+    `Uses.shared`: those at the same place in other elements of an array of the message; and of what says where or how
+    large something is, all others that say so of other things."""
+    thing, uses, types = _thing_at(message, path).strip('/').replace('/', '.'), Uses(), _PartTypes(message)
+    outer = _outer(thing)
+    whole = outer if thing and types.of(outer) in POSES else thing
+    kind, is_placed = _INDEX.sub('', thing), False
+    others = []
+    for where, leaf in values.leaves(message) if thing else ():
+        if not values.is_tracked(leaf):
+            continue
+        if _is_in(where, thing):
+            is_placed = is_placed or types.is_place(_outer(where))
+        elif not _is_in(where, whole):
+            others.append((where, leaf))
+    for where, leaf in others:
+        is_alike = kind != thing and _INDEX.sub('', where).startswith(kind + '.')
+        if is_alike or (is_placed and types.is_place(_outer(where))):
+            uses.put(where, [leaf])
+    return uses.shared(thing, tracked_of_thing(message, path))
+
+
+class _PartTypes:
+    """The types of the parts of a message, each looked up once for all elements of an array."""
+
+    def __init__(self, message: messages.Message) -> None:
+        self._message = message
+        self._types: Dict[str, str] = {}
+
+    def of(self, path: str) -> str:
+        place = _INDEX.sub('', path)
+        if place not in self._types:
+            self._types[place] = messages.part_at(self._message, path)[1]
+        return self._types[place]
+
+    def is_place(self, path: str) -> bool:
+        """Return whether a part says where something is or how large it is."""
+        return self.of(path) in PLACES or (self.of(path) == VECTOR and self.of(_outer(path)) in VECTORS_IN)
+
+
+def _outer(path: str) -> str:
+    return path.rpartition('.')[0]
+
+
+def _is_in(where: str, part: str) -> bool:
+    return where == part or where.startswith((part + '.', part + '['))
+
+
+def _thing_at(message: messages.Message, path: str) -> str:
+    part, _ = messages.part_at(message, path)
+    is_number = isinstance(values.untracked(part), (int, float, str))
+    return re.sub(r'[./]?\w+/?$|\[\d+\]/?$', '', path) if is_number else path

@@ -12,6 +12,7 @@ import re
 import threading
 from typing import Callable, Dict, List, Optional, Sequence, Tuple, Union
 
+import rosgraph
 import rospy
 
 from rosslt.messages import Scalar
@@ -327,6 +328,19 @@ class Parameters:
                 'rosparam set %s/%s is refused, it is set back: %.500s', self.namespace, location.name, refused
             )
             self.write(location)
+
+
+def kept_of(master: rosgraph.Master, node: str, name: str) -> Optional[Tuple[Tree, Tree]]:
+    """What the code of a node said of a literal, and with which value the next run of the node begins if the code still
+    says so; None if no run has left one."""
+    try:
+        value = master.getParam(f'{node}/rosslt/{name}')
+        record = read_record(master.getParam(f'{node}/{RECORDS}/{name}'))
+    except rosgraph.MasterException:
+        return None
+    if len(record) != 3 or is_sent_alike(value, as_shown(record[0])):
+        return None
+    return record[0], value
 
 
 def read_record(text: Tree) -> List[Tree]:

@@ -1,0 +1,73 @@
+"""An exception names the numbers that an earlier run of the node has left, and the command has them dropped."""
+
+import signal
+import subprocess
+
+import pytest
+from geometry_msgs.msg import PointStamped
+
+from support.processes import wait_until
+from support.shell import failure
+from support.shell import rosslt as command
+from support.unmodified import Listener, Unmodified
+
+pytestmark = pytest.mark.rostest
+
+
+LEAVING = """import rospy
+from geometry_msgs.msg import PointStamped
+GOAL = 0.0
+SLOW = 0.5
+TOP = 1.0
+rospy.init_node('leaving')
+pub = rospy.Publisher('leaving', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    p = PointStamped()
+    p.point.y = GOAL
+    p.point.x = TOP if GOAL == 0.0 else 0.0
+    if GOAL > 0.0:
+        way = GOAL - 0.0
+        p.point.x = min(TOP, way / SLOW)
+    pub.publish(p)
+    rospy.sleep(0.03)
+"""
+
+
+def test_an_error_names_what_an_earlier_run_left_and_how_to_drop_it(master, tmp_path):
+    with Unmodified(tmp_path, 'leaving', LEAVING) as started, Listener('leaving', PointStamped) as heard:
+        heard.next()
+        assert command('set', '/leaving/TOP', '2').returncode == 0
+        assert command('set', '/leaving/SLOW', '0').returncode == 0
+        assert command('set', '/leaving/TOP', '1').returncode == 0
+        started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'leaving', LEAVING) as again:
+        wait_until(lambda: '/leaving/GOAL' in command('list', '/leaving').stdout, 'its locations')
+        left = 'which also reads what was changed before: SLOW 0.5 -> 0.0 before the node was started (`rosslt reset '
+        left += '/leaving/SLOW` takes it back)'
+        assert f'(leaving.py:14, {left}), which ends the node; taken back' in failure('set', '/leaving/GOAL', '3')
+        assert again.end()[0] == 1
+    told = failure('reset', '/leaving/SLOW')
+    assert told.endswith(
+        '; /leaving has ended, and begins with SLOW = 0.0 where its code says 0.5: '
+        '`rosparam delete /leaving/rosslt/SLOW` has it begin with 0.5'
+    )
+    assert '; see rosslt list' in failure('reset', '/leaving/TOP'), 'it is as the code says'
+    subprocess.run(told.split('`')[1].split(), check=True)
+    with Unmodified(tmp_path, 'leaving', LEAVING), Listener('leaving', PointStamped) as heard:
+        assert command('set', '/leaving/GOAL', '3').returncode == 0
+        heard.comes(lambda message: message.point.x == 1.0)
+
+
+def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path):
+    text = LEAVING.replace('leaving', 'parting').replace('SLOW = 0.5\n', '')
+    text = text.replace('pub =', "SLOW = rospy.get_param('~slow', 0.5)\npub =")
+    with Unmodified(tmp_path, 'parting', text) as started, Listener('parting', PointStamped) as heard:
+        heard.next()
+        assert command('set', '/parting/~slow', '0').returncode == 0
+        started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'parting', text) as again:
+        wait_until(lambda: '/parting/GOAL' in command('list', '/parting').stdout, 'its locations')
+        left = 'which also reads what was changed before: '
+        left += '/parting/slow 0.5 -> 0.0 (`rosslt set /parting/~slow 0.5` takes it back)'
+        assert left in failure('set', '/parting/GOAL', '3')
+        assert again.end()[0] == 1
