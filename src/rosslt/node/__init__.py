@@ -50,6 +50,7 @@ from rosslt.node.change.forcing import (
 )
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
+from rosslt.node.change.matching import Aim, Matching
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Expression, Observation, comes_from, observe
 from rosslt.node.json_scalars import from_json, to_json

@@ -3,7 +3,7 @@
 import contextlib
 import dataclasses
 import time
-from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import rospy
 
@@ -195,6 +195,14 @@ def force_field(
         return Forcing(owner, stream, errors, field, target, chosen, rounds, timeout, keep_anyway).run(heard)
 
 
+class Stream(Protocol):
+    """Messages as they come, as a Listener has them."""
+
+    def next_before(self, end: float) -> Optional[Heard]: ...
+
+    def clear(self) -> None: ...
+
+
 @dataclasses.dataclass
 class Forcing:
     """Solves for a field, changes its sources, and looks at the next messages, until the field is as wanted.
@@ -212,7 +220,7 @@ class Forcing:
     """
 
     asker: Asker
-    stream: Listener
+    stream: Stream
     errors: NodeErrors
     path: str
     wanted: Any
@@ -232,11 +240,8 @@ class Forcing:
         """
         if self.rounds < 1:
             raise ValueError(f'rounds must be at least 1, found {self.rounds}')
-        self._publisher, self._thing = heard.publisher, thing_of(heard.message, self.path)
-        self._request = ChangeRequest(OWNER_TIMEOUT, self.asker)
-        self._messages = 0
-        self._is_as_asked = True  # whether owners have given sources what was asked for
-        self._notes: List[str] = []  # what else explains that it was not reached
+        self._begin([heard])
+        self._thing = thing_of(heard.message, self.path)
         first = self._observed(heard.message)
         if first is None:
             raise ValueError(f'the message has no field {self.path}')
@@ -249,9 +254,22 @@ class Forcing:
         before = None if heard.is_latched else self._next_like(first)
         if before is not None and not is_alike(first, before):
             raise values.NotInvertible(self._why_moving(first, before))
-        self._before = before or first
+        return self._follow(first, before or first)
+
+    def _begin(self, heard: Sequence[Heard]) -> None:
+        """Begin a request with the first messages of publishers."""
+        self._publishers = list(dict.fromkeys(one.publisher for one in heard))
+        self._is_latched = any(one.is_latched for one in heard)
+        self._request = ChangeRequest(OWNER_TIMEOUT, self.asker)
+        self._messages = 0
+        self._is_as_asked = True  # whether owners have given sources what was asked for
+        self._notes: List[str] = []  # what else explains that it was not reached
+
+    def _follow(self, first: Observation, before: Observation) -> Outcome:
+        """Solve for the later of two observations before the change, and look at the messages after it."""
+        self._before = before
         self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout)
-        loop.solve(self._before)
+        loop.solve(before)
         if self.sources is None:
             self.sources = first.expression.sources  # later rounds change no others
         while not loop.is_over:
@@ -262,14 +280,11 @@ class Forcing:
                 break
             if time.monotonic() >= loop.end:
                 loop.pass_time()
-            elif latest is None:
-                continue
-            elif self._is_of_thing(latest):
-                self._messages += 1
-                loop.take(self._observed(latest.message))
+            elif latest is not None:
+                self._take(latest)
         if loop.is_reached and self._is_kept():
             return self._outcome(is_reached=True)
-        if heard.is_latched and self._is_awaited():
+        if self._is_latched and self._is_awaited():
             names = ' and '.join(map(self._name, self._request.after))
             return self._outcome(
                 False,
@@ -287,8 +302,9 @@ class Forcing:
         movable = [source for source, effect in effects.items() if effect and source not in limits['read_only']]
         most = sorted(movable, key=lambda source: -effects[source])[:MOST_NAMED]
         told = (
-            f'it changes by itself: {_differing(first.part, later.part)} became {_differing(later.part, first.part)} '
-            'in the next message, and a target would hold for a moment only; nothing was changed'
+            f'it changes by itself: {self._differing(first.part, later.part)} became '
+            f'{self._differing(later.part, first.part)} in the next message, '
+            'and a target would hold for a moment only; nothing was changed'
         )
         if most:
             told += '; it is moved most by ' + ', '.join(map(self._name, most))
@@ -299,8 +315,17 @@ class Forcing:
         why = {source: self.asker.directory.at_next_start(source) for source in sources}
         return {source: f'a change of {self._name(source)} {late}' for source, late in why.items() if late}
 
+    @property
+    def _publisher(self) -> str:
+        return ' and '.join(self._publishers)
+
+    def _take(self, heard: Heard) -> None:
+        if self._is_of_thing(heard):
+            self._messages += 1
+            self._loop.take(self._observed(heard.message))
+
     def _is_of_thing(self, heard: Heard) -> bool:
-        return heard.publisher == self._publisher and thing_of(heard.message, self.path) == self._thing
+        return [heard.publisher] == self._publishers and thing_of(heard.message, self.path) == self._thing
 
     def _next_like(self, first: Observation) -> Optional[Observation]:
         """The next message of the thing with the same sources, which tells whether it moves by itself; None if none
@@ -317,14 +342,7 @@ class Forcing:
         """Give the sources the values that an observation needs; False if they have them already."""
         part, present = observation.part, observation.expression.readings
         try:
-            answer = solved(
-                self.asker,
-                values.sources(part),
-                OWNER_TIMEOUT,
-                lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
-                self._of_thing,
-                self._shared,
-            )
+            answer = self._answer(part)
             new = {source: value for source, value in answer.items() if not is_equal(present[source][-1], value)}
             if not new:
                 return False
@@ -346,6 +364,17 @@ class Forcing:
                 self._notes.append(f'{self._name(source)} became {change.new!r} where {new[source]!r} was asked for')
         return bool(changed)
 
+    def _answer(self, part: Any) -> Dict[Source, Any]:
+        """The values with which a part of a message is as wanted."""
+        return solved(
+            self.asker,
+            values.sources(part),
+            OWNER_TIMEOUT,
+            lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
+            self._of_thing,
+            self._shared,
+        )
+
     def _observed(self, message: messages.Message) -> Optional[Observation]:
         try:
             part, type_ = messages.part_at(message, self.path)
@@ -366,14 +395,14 @@ class Forcing:
 
     def _is_awaited(self) -> bool:
         """Return whether the node that makes the messages has the change in force, and has sent none since."""
-        is_its_own = self._request.nodes == {self._publisher}
+        is_its_own = self._request.nodes == set(self._publishers)
         return is_its_own and not self._messages and not self._notes and self._is_kept()
 
     def _why_raised(self) -> str:
         """The error that a change has made a node raise; '' if there is none, or a message shows the change."""
         if self._loop.seen:
             return ''
-        logged = self.errors.raised_since({self._publisher, *self._request.nodes}, self._request.requested)
+        logged = self.errors.raised_since({*self._publishers, *self._request.nodes}, self._request.requested)
         return self._request.raised(logged) if logged else ''
 
     def _became(self, source: Source, now: object) -> str:
@@ -416,8 +445,8 @@ class Forcing:
             parts += [self._why_silent()] if has_left else []
             if not last.is_reached:
                 parts.append(
-                    f'{self._publisher} now sends {_differing(last.part, self.wanted)} instead of '
-                    f'{_differing(self.wanted, last.part)}'
+                    f'{self._publisher} now send{"s" * (len(self._publishers) == 1)} '
+                    f'{self._differing(last.part, self.wanted)} instead of {self._differing(self.wanted, last.part)}'
                 )
             others = [
                 self._became(source, readings[-1])
@@ -438,6 +467,21 @@ class Forcing:
             parts += others
         return '; '.join(dict.fromkeys([*parts, *late.values(), *self._notes]))
 
+    def _differing(self, part: object, other: object) -> str:
+        """The leaves in which two parts of messages differ, in one line."""
+        others = dict(values.leaves(other))
+        found = []
+        for path, leaf in values.leaves(part):
+            if leaf is None or (path in others and (others[path] is None or values.is_same(leaf, others[path]))):
+                continue
+            name = self._path_of(path)
+            found.append(f'{name}: {values.untracked(leaf)!r}' if name else repr(values.untracked(leaf)))
+        return _short(', '.join(found) or str(values.untracked(part)))
+
+    def _path_of(self, leaf: str) -> str:
+        """What a leaf of the field is called, by its path in it."""
+        return leaf
+
     def _why_silent(self) -> str:
         """Why no message shows a change."""
         publisher, names = self._publisher, ' and '.join(map(self._name, self._request.after))
@@ -445,17 +489,6 @@ class Forcing:
             return f'the {self._loop.old} messages of {publisher} since then still come from the old value of {names}'
         which = f' that was computed from {names}' if self._messages else ''
         return f'no message of {publisher}{which} came within {self.timeout:g} s'
-
-
-def _differing(part: object, other: object) -> str:
-    """The leaves in which two parts of messages differ, in one line."""
-    others = dict(values.leaves(other))
-    found = []
-    for path, leaf in values.leaves(part):
-        if leaf is None or (path in others and (others[path] is None or values.is_same(leaf, others[path]))):
-            continue
-        found.append(f'{path}: {values.untracked(leaf)!r}' if path else repr(values.untracked(leaf)))
-    return _short(', '.join(found) or str(values.untracked(part)))
 
 
 def _short(value: object) -> str:
