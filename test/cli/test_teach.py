@@ -1,5 +1,8 @@
-"""What a terminal shows while `rosslt teach` runs; test/teach has the devices."""
+"""What a terminal shows while `rosslt teach` runs; what is misused, and what completes it; test/teach has the rest."""
 
+import pytest
+
+from rosslt.cli import completers, completion, main
 from rosslt.cli.verbs import teach
 
 
@@ -24,3 +27,42 @@ def test_pipe_gets_a_line_when_the_hand_takes_hold_and_lets_go(capsys):
     for is_held in (False, True, True, False):
         screen.show(is_held, (1.5, 2.0, 0.0), {'x': 1.5})
     assert capsys.readouterr().out == 'holds\t/box\t/joy\t1.5\t2.0\t0.0\nlets go\t/box\t/joy\t1.5\t2.0\t0.0\n'
+
+
+@pytest.mark.parametrize(
+    ('words', 'told'),
+    [
+        (['/goal'], 'give --by DEVICE, or --match WANTED=MEASURED'),
+        (['--by', '/joy'], '--by needs a TARGET'),
+        (['--match', '/grip=/gripper', '--by', '/joy'], 'not allowed with'),
+        (['/goal', '--by', '/joy', '--press', '/joy'], '--press is for --match'),
+        (['/goal', '--match', '/grip=/gripper'], '/goal is for --by'),
+        (['--match', '/grip'], '--match takes WANTED=MEASURED'),
+        (['--match', '/grip=/gripper', '--button', '-1'], '--button must not be negative'),
+    ],
+)
+def test_what_does_not_fit_together_is_misused(words, told, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['teach', *words])
+    assert ended.value.code == 2
+    assert told in capsys.readouterr().err
+
+
+def test_both_sides_of_a_match_are_completed(monkeypatch, capsys):
+    monkeypatch.setattr(completers, 'topics', lambda word, before=(), end=' ': ['/goal' + end, '/goal/data '])
+    assert list(completers.matches('/go')) == ['/goal/', '/goal/data=']
+    assert list(completers.matches('/a/data=/go')) == ['/a/data=/goal ', '/a/data=/goal/data ']
+    line = 'rosslt teach --match /a/data='
+    for typed, seen in (('', '='), ('/go', '/go')):
+        completion.write_completions(line + typed, seen)
+        assert capsys.readouterr().out.splitlines() == ['/goal ', '/goal/data ']
+
+
+def test_pipe_gets_a_line_for_each_press_and_each_remark(capsys):
+    from rosslt.teach import Answer
+
+    teach._show('/joy', Answer(True, 'seen', [('/arm/a', 1.0, 2.0), ('/arm/b', 3.0, 4.0)], ['c stays']))
+    teach._show('/joy', Answer(False, 'a is locked'))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == 'matches\t/joy\t/arm/a\t1.0\t2.0\t/arm/b\t3.0\t4.0'
+    assert lines[1:] == ['says\t/joy\tseen', 'says\t/joy\tc stays', 'refused\t/joy\ta is locked']

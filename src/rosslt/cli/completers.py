@@ -54,6 +54,14 @@ def fields(word: str, before: Sequence[str] = ()) -> Iterable[str]:
     return topics(word, before, end='/')
 
 
+def matches(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """WANTED=MEASURED: the fields of topics on both sides."""
+    wanted, equals, measured = word.partition('=')
+    if equals:
+        return [f'{wanted}={name}' for name in topics(measured)]
+    return [name[:-1] + '=' if name.endswith(' ') else name for name in fields(wanted)]
+
+
 def message_types(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """Message types: packages first, then the types of the one that was chosen."""
     path = messages.MessagePath()

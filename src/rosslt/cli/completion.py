@@ -13,8 +13,10 @@ def write_completions(line: str, seen: str) -> None:
 
     Args:
         line: the line up to the cursor.
-        seen: the last word as bash sees it: only its end if the word has a colon.
+        seen: the last word as bash sees it: only its end if the word has a colon or an equals sign; that sign itself if
+            nothing is behind it yet.
     """
+    seen = '' if seen == '=' else seen
     words = line.split()[1:]
     word = words.pop() if words and not line[-1:].isspace() else ''
     with contextlib.suppress(Failure):

@@ -1,18 +1,21 @@
-"""`rosslt teach`: a device does what the mouse does."""
+"""`rosslt teach`: a device does what the mouse does, or what is commanded becomes what is measured."""
 
 import argparse
+import contextlib
+import functools
 import math
 import shutil
 import signal
 import sys
 import time
-from typing import Any, Dict, Sequence, Tuple
+from typing import Any, Callable, Dict, Sequence, Tuple
 
+import rosgraph
 import rospy
 
-from rosslt import node
-from rosslt.cli.failure import Misused
-from rosslt.cli.master import find_master, full_name
+from rosslt import node, values
+from rosslt.cli.failure import Failure, Misused
+from rosslt.cli.master import find_master, full_name, split_topic
 from rosslt.cli.output import few, is_terminal, shortened, write_row
 from rosslt.cli.verb import CHANGE, Argument
 
@@ -23,26 +26,54 @@ topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pre
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
 messages come, and moves as the pose does. A device that is silent for 0.2 s has let go. What is not finite, leaps,
 goes back in time or is repeated moves nothing. From taking hold to letting go, it is one change, which `rosslt undo`
-takes back. Ctrl-C lets go and ends."""
+takes back. Ctrl-C lets go and ends.
+
+With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
+behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
+numbers go to those of the same name, joints to those of the same name. A press is button --button of the Joy --press
+that goes down, a call of the service ~match of the node slt_teach (std_srvs/Trigger), or Enter. All WANTED fields are
+one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends."""
 EXAMPLE = """\
 examples:
   rosslt teach /markers:ball:0 --by /joy
   rosslt teach /goal --by /joy --axes 0,1,4 --deadman 5 --speed 0.2
   rosslt teach /goal --by /cmd_vel
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
+  rosslt teach --match /arm/command=/joint_states --press /joy --button 2
+  rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
+  rosservice call /slt_teach/match
 
 In a pipe it is a line of columns between tabs for each event: holds, lets go, or says; the name of the thing; then the
-DEVICE, x, y and z, or the text that it says.
+DEVICE, x, y and z, or the text that it says. With --match: matches or refused; who has pressed; then NODE/LOCATION, the
+value before and the value after, for each number that has changed, or the reason. What else there is to know of it are
+lines that begin with says, and who has pressed.
 """
 ARGUMENTS = [
-    Argument('target', metavar='TARGET', help='what is dragged: TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing'),
-    Argument('--by', metavar='DEVICE', required=True, completer='topics', help='the topic of the device'),
+    Argument(
+        'target',
+        nargs='?',
+        default='',
+        metavar='TARGET',
+        help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing',
+    ),
+    Argument('--by', metavar='DEVICE', default='', exclusive=True, completer='topics', help='the topic of the device'),
+    Argument(
+        '--match',
+        action='append',
+        metavar='WANTED=MEASURED',
+        exclusive=True,
+        completer='matches',
+        help='at each press, the field WANTED becomes what the field MEASURED is, as /goal/pose=/tracker/pose; may be '
+        'given several times',
+    ),
+    Argument('--press', metavar='JOY', default='', completer='topics', help='with --match: a Joy whose button presses'),
+    Argument('--button', type=int, default=0, metavar='N', help='with --match: the button of the Joy (default: 0)'),
     Argument('--axes', default='0,1,2', metavar='N,N,N', help='axes of a Joy that are x, y and z (default: 0,1,2)'),
     Argument('--speed', type=float, default=0.5, metavar='V', help='m/s of a stick at its stop (default: 0.5)'),
     Argument('--deadman', type=int, default=0, metavar='N', help='button of a Joy that holds (default: 0)'),
     Argument('--clutch', default='', completer='topics', metavar='JOY', help='a Joy whose button holds instead'),
     Argument('--max-step', type=float, default=0.1, metavar='D', help='m or rad between two messages (default: 0.1)'),
-    Argument('--wait', type=float, default=5.0, metavar='S', help='seconds to wait for both (default: 5)'),
+    Argument('--wait', type=float, default=5.0, metavar='S', help='seconds to wait for all that it needs (default: 5)'),
 ]
 
 #: The name of the node.
@@ -56,12 +87,25 @@ PERIOD = 0.1
 
 
 def run(options: argparse.Namespace) -> None:
+    if not (options.by or options.match):
+        raise Misused('give --by DEVICE, or --match WANTED=MEASURED')
+    if options.match:
+        _match(options)
+    else:
+        _drag(options)
+
+
+def _drag(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
 
     chosen = teach.Options(_axes(options.axes), options.speed, options.deadman, options.max_step)
     for name, given in (('--speed', options.speed), ('--max-step', options.max_step)):
         if not (math.isfinite(given) and given > 0.0):
             raise Misused(f'{name} must be a number above 0, found {given}')
+    if not options.target:
+        raise Misused('--by needs a TARGET: what the device is to drag')
+    if options.press:
+        raise Misused('--press is for --match; with --by, the device or --clutch says when the hand holds')
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
     find_master()
@@ -76,6 +120,93 @@ def run(options: argparse.Namespace) -> None:
     screen.begin()
     teacher.teach(screen.name, by, device, device_class, chosen, clutch, screen.show)
     screen.end()
+
+
+def _match(options: argparse.Namespace) -> None:
+    from rosslt import teach  # with all of the markers, which the help of other verbs does without
+
+    if options.target or options.clutch:
+        raise Misused(f'{options.target or "--clutch"} is for --by; --match says what is changed, and --press when')
+    if options.button < 0:
+        raise Misused(f'--button must not be negative, found {options.button}')
+    texts = [text.partition('=') for text in options.match]
+    if not all(wanted and measured for wanted, _, measured in texts):
+        raise Misused('--match takes WANTED=MEASURED, as /goal/pose=/tracker/pose; found ' + ' '.join(options.match))
+    end = time.monotonic() + options.wait
+    master, joy, directory = find_master(), full_name(options.press) if options.press else '', node.Directory()
+    with contextlib.suppress(KeyboardInterrupt):
+        if joy and not isinstance(teach.device(joy, teach.Options(), options.wait)[0], teach.Joystick):
+            raise Failure(f'{joy} is no sensor_msgs/Joy, and has no button to press')
+        fields = [(_field(master, wanted, end), _field(master, measured, end)) for wanted, _, measured in texts]
+        _start()
+        values.describe_sources_with(directory.describe)
+        matcher = teach.Matcher(
+            [(teach.Field(*wanted), teach.Field(*measured)) for wanted, measured in fields], directory
+        )
+        matcher.wait(max(end - time.monotonic(), 1.0))
+        presses = teach.Presses(joy, options.button, _show, functools.partial(_say, joy))
+        _end_with(presses.end)
+        if is_terminal():
+            ways = [f'button {options.button} of {joy}'] * bool(joy) + ['Enter'] * sys.stdin.isatty()
+            ways.append(f'rosservice call {rospy.resolve_name(teach.SERVICE)}')
+            print(f'a press is {" or ".join(ways)}; Ctrl-C ends it', flush=True)
+        presses.answer_all(matcher.match)
+
+
+def _field(master: rosgraph.Master, text: str, end: float) -> Tuple[str, str]:
+    """The topic and the path of a field, which is waited for."""
+    while True:
+        try:
+            topic, _, path = split_topic(master, text)
+            return topic, path
+        except Failure:
+            if time.monotonic() > end:
+                raise
+        time.sleep(PERIOD)
+
+
+def _start() -> None:
+    """Begin as the node of a name that is known, as others call its service."""
+    name = rosgraph.names.load_mappings(sys.argv).get('__name', NODE)
+    full = full_name(name)
+    where = node.where_it_runs(full)
+    if where is not None:
+        raise Failure(f'{full} runs already, in {where}: end it, or give this one another name, __name:=NAME')
+    node.init_node(NODE, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
+
+
+def _end_with(end: Callable[[], None]) -> None:
+    """Have the first signal end it when the press that is being answered is done, and the second one at once."""
+
+    def take(*_: object) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
+        end()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, take)
+
+
+def _show(by: str, answer: Any) -> None:
+    """Print what came of a press."""
+    if is_terminal():
+        print(f'{by}: {"" if answer.is_done else "refused: "}{answer}', flush=True)
+        return
+    if answer.is_done:
+        write_row('matches', by, *[cell for change in answer.changes for cell in change])
+        for text in (answer.text, *answer.notes):
+            write_row('says', by, text)
+    else:
+        write_row('refused', by, str(answer))
+    sys.stdout.flush()
+
+
+def _say(by: str, text: str) -> None:
+    if is_terminal():
+        print(text, flush=True)
+    else:
+        write_row('says', by, text)
+        sys.stdout.flush()
 
 
 def _axes(text: str) -> Tuple[int, int, int]:

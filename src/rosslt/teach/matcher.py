@@ -1,0 +1,225 @@
+"""A matcher: at each press, what is commanded becomes what is measured then."""
+
+import contextlib
+import queue
+import threading
+import time
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+import rosgraph
+import rospy
+
+from rosslt import messages, node, values
+from rosslt.node import Heard
+from rosslt.teach.devices import PERIOD, NotTaught
+from rosslt.teach.pairing import JOINTS, Field, NotYet, paired
+
+#: The age from which on what was measured is old, in seconds.
+OLD = 1.0
+
+
+class Answer(NamedTuple):
+    """What came of a press.
+
+    Attributes:
+        is_done: whether all is as measured, or as near as possible.
+        changes: [(name of a source, its value before, after), ...].
+        text: how it was seen, or the reason of a refusal.
+        notes: what else a person should know.
+    """
+
+    is_done: bool
+    text: str
+    changes: Sequence[Tuple[str, Any, Any]] = ()
+    notes: Sequence[str] = ()
+
+    def __str__(self) -> str:
+        changed = ', '.join(f'{name}: {old!r} -> {new!r}' for name, old, new in self.changes)
+        return '; '.join(filter(None, [changed, self.text, *self.notes]))
+
+
+class Latest:
+    """The latest messages of topics: at any time, and as they come.
+
+    Args:
+        types: {topic: its type}.
+    """
+
+    def __init__(self, types: Dict[str, str]) -> None:
+        self._lock = threading.Lock()
+        self._whole: Dict[Tuple[str, str], Tuple[Heard, Optional[Heard]]] = {}
+        self._all: Dict[Tuple[str, str, Tuple[str, ...]], Tuple[Heard, float]] = {}
+        self._coming: Optional[queue.SimpleQueue[Heard]] = None
+        self._reader = node.TopicReader(self._note)
+        self._reader.follow(types)
+
+    @property
+    def topics(self) -> Set[str]:
+        """The topics whose types are installed here."""
+        return self._reader.topics()
+
+    def whole(self, topic: str) -> List[Tuple[Heard, Optional[Heard]]]:
+        """The latest message with its provenance of each publisher of a topic, and that before; sorted by name."""
+        with self._lock:
+            return [found for (of, _), found in sorted(self._whole.items(), key=lambda one: one[0]) if of == topic]
+
+    def all(self, topic: str) -> List[Tuple[Heard, float]]:
+        """The latest message of each publisher of a topic, and of each set of joints, with the time of its arrival."""
+        with self._lock:
+            return [found for (of, *_), found in self._all.items() if of == topic]
+
+    @contextlib.contextmanager
+    def coming(self) -> Any:
+        """Have `next_before` give the messages that come from now on."""
+        self._coming = queue.SimpleQueue()
+        try:
+            yield
+        finally:
+            self._coming = None
+
+    def next_before(self, end: float) -> Optional[Heard]:
+        """The next message, or None if there is none until a time of `time.monotonic`."""
+        assert self._coming is not None
+        with contextlib.suppress(queue.Empty):
+            return self._coming.get(timeout=max(0.0, end - time.monotonic()))
+        return None
+
+    def clear(self) -> None:
+        """Drop messages that have come and were not read."""
+        self._coming = queue.SimpleQueue()
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._reader.follow({})
+
+    def _note(self, heard: Heard) -> None:
+        names = tuple(map(str, heard.message.name)) if heard.message._type == JOINTS else ()
+        with self._lock:
+            self._all[heard.topic, heard.publisher, names] = heard, time.monotonic()
+            if not heard.is_sampled:
+                before = self._whole.get((heard.topic, heard.publisher), (None,))[0]
+                self._whole[heard.topic, heard.publisher] = heard, before
+        coming = self._coming
+        if coming is not None:
+            coming.put(heard)
+
+
+class Matcher:
+    """Makes numbers behind topics what was measured.
+
+    Args:
+        fields: the fields, each with the one that it is to become.
+        directory: what is known of sources.
+    """
+
+    def __init__(self, fields: Sequence[Tuple[Field, Field]], directory: node.Directory) -> None:
+        self._fields, self._directory = fields, directory
+        topics = {field.topic for pair in fields for field in pair}
+        published = dict(rosgraph.Master('/rosslt_teach').getPublishedTopics('/'))
+        types = {topic: published.get(topic, '') for topic in topics}
+        self._errors = node.NodeErrors()
+        self._latest = Latest(types)
+        for topic, type_ in types.items():
+            if topic not in self._latest.topics:
+                raise NotTaught(f'{topic} has the type {type_ or "unknown"}, which is not installed here')
+
+    def wait(self, timeout: float) -> None:
+        """Wait until there is all that a press needs.
+
+        Raises:
+            NotTaught: a topic is silent, a field has no source, or two fields do not fit together.
+        """
+        end = time.monotonic() + timeout
+        while True:
+            try:
+                self._aims()
+                return
+            except NotYet as error:
+                if time.monotonic() > end or rospy.is_shutdown():
+                    raise NotTaught(f'{error} (after {timeout:g} s)') from None
+            time.sleep(PERIOD / 10)
+
+    def match(self) -> Answer:
+        """Do as a press says: all that is commanded becomes what is measured now, or nothing changes."""
+        try:
+            aims, notes = self._aims()
+            with self._latest.coming():
+                asker = node.Requester(rospy.get_name(), self._directory)
+                matching = node.Matching(asker, self._latest, self._errors)
+                outcome = matching.match(aims)
+        except (values.Error, ValueError, rospy.ROSException) as error:
+            return Answer(False, str(error))
+        changes = [(self._directory.name(source), *change) for source, change in outcome.changes.items()]
+        if matching.is_nearest:
+            notes = [_distances(matching.aims, outcome.seen or outcome.wanted), *notes]
+        if outcome.is_near:
+            notes = ['it comes no nearer', *notes]
+        text = outcome.reason or 'nothing to change: it is so already'
+        if outcome.rounds and outcome.is_reached:
+            text = (
+                f'seen after {outcome.messages} message{"s" * (outcome.messages != 1)}, {outcome.milliseconds:.0f} ms'
+            )
+        elif matching.is_nearest and not changes:
+            text = 'nothing to change: nothing comes nearer'
+        return Answer(True, text, changes, notes)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._latest.close()
+
+    def _aims(self) -> Tuple[List[node.Aim], List[str]]:
+        """All numbers and what they are to be now, and what is left out."""
+        now, aims, notes = time.monotonic(), [], []
+        found: Dict[Tuple[str, str], str] = {}
+        for wanted, measured in self._fields:
+            others = self._measured(measured, now)
+            (heard, before), *more = self._commanded(wanted)
+            if more:
+                who = ' and '.join(one.publisher for one, _ in more)
+                notes.append(f'{who} publish {wanted.topic}, too; this is about the messages of {heard.publisher}')
+            pairs, left_out = paired(wanted, heard, measured, others)
+            for pair in pairs:
+                other = found.setdefault((wanted.topic, pair.path), measured.name)
+                if other != measured.name:
+                    raise NotTaught(f'{pair.name} is to become what {other} is, and what {measured.name} is')
+                aims.append(node.Aim(heard, before, pair.path, pair.number, pair.name))
+            notes += left_out
+        return aims, notes
+
+    def _measured(self, field: Field, now: float) -> List[Heard]:
+        heard = self._latest.all(field.topic)
+        if not heard:
+            raise NotYet(f'no message on {field.topic}')
+        fresh = [one for one, arrived in heard if now - arrived <= OLD]
+        if not fresh:
+            age = now - max(arrived for _, arrived in heard)
+            raise NotYet(
+                f'{field.topic} is silent: its last message came {age:.1f} s ago, and {field.name} may have changed'
+            )
+        return fresh
+
+    def _commanded(self, field: Field) -> List[Tuple[Heard, Optional[Heard]]]:
+        """The latest whole message of each publisher whose field has a source, by name, and the one before."""
+        heard = self._latest.whole(field.topic)
+        if not heard:
+            raise NotYet(f'no message with provenance on {field.topic}')
+        try:
+            found = [one for one in heard if values.is_tracked(messages.part_at(one[0].message, field.path)[0])]
+        except messages.NoSuchPart as missing:
+            raise NotTaught(f'{field.topic} has no field {field.path}: {missing}') from None
+        if found:
+            return found
+        raise NotYet(
+            f'nothing in {field.name} has a source, as {heard[0][0].publisher} sends it; '
+            f'`rosslt doctor {field.topic}` says why'
+        )
+
+
+def _distances(aims: Sequence[node.Aim], seen: Sequence[float]) -> str:
+    """How far each of numbers is from what was measured."""
+    told, is_off = [], False
+    for aim, value in zip(aims, seen):
+        _, type_ = messages.part_at(aim.heard.message, aim.path)
+        is_off = is_off or not messages.is_reached(value, aim.wanted, type_)
+        told.append(f'{aim.name} is {value:g}, {abs(value - aim.wanted):.3g} off')
+    return ('as near as possible: ' if is_off else '') + ', '.join(told)
