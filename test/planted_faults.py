@@ -322,6 +322,13 @@ FAULTS = [
         'if _length(way) > 1e9:',
         suite('teaching'),
     ),
+    Fault(
+        'measurement_that_is_old',
+        'teach/matcher.py',
+        'if now - arrived <= OLD]',
+        'if now - arrived <= 1e9]',
+        suite('matching'),
+    ),
     # --- cli
     Fault(
         'exit_code_0_in_spite_of_a_failure',

@@ -232,7 +232,7 @@ def _as_held(pair: Pair, message: genpy.Message) -> Pair:
         messages.as_held(pair.number, 'i')
         return pair._replace(number=int(pair.number))
     except ValueError as error:
-        raise NotTaught(f'{pair.name} is a {kind}: {error}') from None
+        raise NotTaught(f'{pair.name} cannot become what was measured: {error}') from None
 
 
 def _joined(path: str, name: str) -> str:

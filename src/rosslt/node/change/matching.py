@@ -1,10 +1,12 @@
 """Matching numbers of several topics with measured ones: one change, and the next messages of all are looked at."""
 
 import dataclasses
+import time
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt import messages, values
 from rosslt.node.change.client import solved
+from rosslt.node.change.closed_loop import LOOK
 from rosslt.node.change.forcing import OWNER_TIMEOUT, Forcing, Outcome, solve_by_effect, thing_of
 from rosslt.node.change.observation import Observation, is_alike, observe
 from rosslt.node.locations.uses import shared_in, tracked_of_thing
@@ -102,18 +104,33 @@ class Matching(Forcing):
         """Check that no number changes by itself.
 
         Raises:
-            values.NotInvertible: the last two messages come from the same values, and differ.
+            values.NotInvertible: two messages in a row come from the same values, and differ.
         """
+        later = self._later()
         for aim in self.aims:
-            before = aim.before
-            if before is None or _stream_of(before) != _stream_of(aim.heard):
+            stream = _stream_of(aim.heard)
+            before, last = (aim.before, aim.heard) if aim.before is not None else (aim.heard, later.get(stream))
+            if last is None or _stream_of(before) != stream:
                 continue
-            one, other = (self._of([aim], {_stream_of(aim.heard): heard}) for heard in (before, aim.heard))
+            one, other = (self._of([aim], {stream: heard}) for heard in (before, last))
             if one is None or other is None or is_alike(one, other):
                 continue
             if one.expression.readings == other.expression.readings:
                 self.aims, self.wanted = [aim], [aim.wanted]
                 raise values.NotInvertible(self._why_moving(one, other))
+
+    def _later(self) -> Dict[_Stream, Heard]:
+        """The next message of whom only one was heard so far, and that was not latched."""
+        awaited = {_stream_of(aim.heard) for aim in self.aims if aim.before is None and not aim.heard.is_latched}
+        found: Dict[_Stream, Heard] = {}
+        end = time.monotonic() + LOOK
+        while awaited - found.keys():
+            heard = self.stream.next_before(end)
+            if heard is None:
+                break
+            if not heard.is_sampled:
+                found.setdefault(_stream_of(heard), heard)
+        return found
 
     def _joined(self, heard: Dict[_Stream, Heard]) -> Optional[Observation]:
         return self._of(self.aims, heard, self.wanted)
