@@ -241,7 +241,9 @@ class Matching(unittest.TestCase):
         self.assertIn('nothing comes nearer', self.done())
         self.lock('/stage/b')
         self.measures('/forces', Float64MultiArray(data=[1.5, 2.5, 6.0]))
-        wait_until(lambda: not self.press().success, 'one number alone is refused')
+        wait_until(
+            lambda: '/three/data[1] comes from /stage/b alone, which takes no' in self.press().message, 'refused'
+        )
         self.assertAlmostEqual(value('/stage/a'), 2.0)
         rosslt('unlock', '/stage/b')
         self.measures('/forces', Float64MultiArray(data=[4.0, 5.0, 9.0]))
@@ -290,10 +292,17 @@ class Matching(unittest.TestCase):
         self.assertIn('/slt_teach runs already, in process', failure('teach', '--match', '/grip/data=/gripper/data'))
         self.assertIn('it changes by itself: /moving/data: ', self.refused())
 
-    def test_a_latched_message_keeps_the_change_and_it_is_said(self):
+    def test_what_is_latched_keeps_its_change_and_a_press_waits(self):
         self.measures('/gripper', Float64(2.0))
         self.teach('/latched/data=/gripper/data', '/grip/data=/gripper/data')
-        self.assertIn('not seen: /stage has latched', self.done())
+        answers = []
+        first = threading.Thread(target=lambda: answers.append(self.press()))
+        first.start()
+        wait_until(lambda: value('/stage/once') == 2.0, 'it waits for the messages')
+        self.assertIn('the press before is still being answered', self.refused())
+        first.join()
+        self.assertTrue(answers[0].success)
+        self.assertIn('not seen: /stage has latched', answers[0].message)
         self.assertEqual((value('/stage/once'), value('/stage/width')), (2.0, 2.0))
 
     def test_a_button_that_goes_down_presses_once(self):

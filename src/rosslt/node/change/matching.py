@@ -166,7 +166,7 @@ class Matching(Forcing):
 
         def solve(limits: Dict[str, Any]) -> Dict[Source, Any]:
             limits['read_only'] = [*limits['read_only'], *held]
-            return solve_by_effect(part, self.wanted, self.sources, limits)
+            return solve_by_effect(self._named(part), self._named(self.wanted), self.sources, limits)
 
         sources = values.sources(part)
         try:
@@ -196,7 +196,12 @@ class Matching(Forcing):
                 answer.update(solve_by_effect(leaves, targets, self.sources, limits))
                 continue
             except values.NotInvertible:
-                if not all(set(free).intersection(values.sources(leaf)) for leaf in leaves) or len(leaves) <= len(free):
+                fixed = [number for number in numbers if not set(free).intersection(values.sources(part[number]))]
+                if fixed:
+                    names = ' and '.join(map(self._name, values.sources(part[fixed[0]])))
+                    told = f'{why}; {self.aims[fixed[0]].name} comes from {names} alone, which takes no change'
+                    raise values.NotInvertible(told) from None
+                if len(leaves) <= len(free):
                     raise why from None
             ranks = limits.get('rank', {})
             for rank in sorted({ranks.get(source, 0) for source in free}):  # counters and times change last
@@ -215,7 +220,7 @@ class Matching(Forcing):
     def _is_awaited(self) -> bool:
         """Return whether all that no message has shown yet is latched by nodes that have the change in force."""
         silent = [aim for aim in self.aims if _stream_of(aim.heard) not in self._pending]
-        heard = [aim for aim in self.aims if aim not in silent]
+        heard = [aim for aim in self.aims if _stream_of(aim.heard) in self._pending]
         wanted = dict(zip(map(id, self.aims), self.wanted))
         shown = self._of(heard, self._pending, [wanted[id(aim)] for aim in heard]) if heard else None
         return (
@@ -226,6 +231,10 @@ class Matching(Forcing):
             and not self._notes
             and self._is_kept()
         )
+
+    def _named(self, numbers: Sequence[Any]) -> Dict[str, Any]:
+        """Numbers with the names that errors say."""
+        return {aim.name: number for aim, number in zip(self.aims, numbers)}
 
     def _path_of(self, leaf: str) -> str:
         return self.aims[int(leaf.strip('[]'))].name
