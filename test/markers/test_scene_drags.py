@@ -313,24 +313,64 @@ def spaced(number, first=1.0, step=3.0):
     return box_at(values.track(first, A) + number * values.track(step, B))
 
 
+class Node:
+    """A node that shows a thing as it computes it, whenever a test looks whether something holds.
+
+    Args:
+        compute: gives the x of the thing for the values of its sources.
+        present: {Source: value}; A begins with 1.
+    """
+
+    def __init__(self, scene, present, compute):
+        self.compute, self._scene, self._present = compute, scene, present
+        present.setdefault(A, 1.0)
+        self.show()
+
+    def show(self):
+        take(self._scene, box_at(self.compute(self._present[A])))
+
+    def shows_until(self, holds, what):
+        wait_until(lambda: self.show() or holds(), what)
+
+
+def target(number):
+    """One of several targets that come from the same numbers."""
+    return lambda first: values.track(first, A) + number * values.track(3.0, B)
+
+
 def test_a_hand_keeps_what_it_has_of_targets_of_the_same_numbers(asked, present):
-    present.update({A: 1.0})
+    """Of each change, one message shows it."""
     scene = Scene(Settings())
     notes = Notes(scene)
+    node_of_it = Node(scene, present, target(1))
     drags = Drags(scene, Rules(), str)
-    take(scene, spaced(1))
     assert drags.move('/boxes::0', 'world', at(4.0))
     assert drags.move('/boxes::0', 'world', at(5.0))
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
-    take(scene, spaced(2, first=2.0))
+    node_of_it.compute = target(2)
     assert drags.move('/boxes::0', 'world', at(5.5))
-    wait_until(lambda: len(asked) > 1, 'the source to be asked for again')
-    assert asked[-1] == {A: 2.5}
-    take(scene, spaced(2, first=2.5))
+    node_of_it.shows_until(lambda: asked[-1] == {A: 2.5}, 'the hand to go on with what it has')
+    assert {one[A] for one in asked} <= {1.0, 2.0, 2.5}
     assert drags.release('/boxes::0', 'world', at(6.0))
-    wait_until(lambda: len(asked) > 2, 'the source to be asked for at the end')
-    assert asked[-1] == {A: 3.0}
+    node_of_it.shows_until(lambda: not drags._over, 'the drag to end')
+    wait_until(lambda: asked[-1] == {A: 3.0}, 'the source to be asked for at the end')
     wait_until(lambda: drags_module.WENT_ON in notes.said, 'the hand to be told')
+
+
+def test_a_thing_that_its_node_computes_in_another_way_is_followed(asked, present):
+    """It comes back with its source, so it is the same thing."""
+    scene = Scene(Settings())
+    node_of_it = Node(scene, present, lambda a: (2.0 if a < 5.0 else 3.0) * values.track(a, A))
+    drags = Drags(scene, Rules(), str)
+    assert drags.move('/boxes::0', 'world', at(2.0))
+    assert drags.move('/boxes::0', 'world', at(12.0))
+    wait_until(lambda: present[A] == 6.0, 'a step past 5')
+    assert drags.move('/boxes::0', 'world', at(18.0))
+    node_of_it.shows_until(lambda: len(asked) > 2, 'its source to be given back, and the hand to be followed again')
+    assert drags.move('/boxes::0', 'world', at(18.3))
+    node_of_it.shows_until(lambda: present[A] == 6.1, 'the hand to be followed in the other way')
+    assert drags.release('/boxes::0', 'world', at(18.6))
+    node_of_it.shows_until(lambda: present[A] == 6.2, 'the end to be exact')
 
 
 def test_a_hand_takes_the_target_it_saw_of_the_same_numbers(asked):
@@ -346,22 +386,17 @@ def test_a_hand_takes_the_target_it_saw_of_the_same_numbers(asked):
 
 def test_a_drop_is_not_solved_again_for_the_next_target(asked, present, monkeypatch):
     monkeypatch.setattr(closed_loop, 'LOOK', 0.05)
-    present.update({A: 1.0})
     scene = Scene(Settings())
+    node_of_it = Node(scene, present, target(1))
     drags = Drags(scene, Rules(), str)
-    take(scene, spaced(1))
     assert drags.move('/boxes::0', 'world', at(4.0))
     assert drags.move('/boxes::0', 'world', at(5.0))
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
-    take(scene, spaced(2, first=2.0))
+    node_of_it.compute = target(2)
+    node_of_it.shows_until(lambda: len(asked) > 2, 'the hand to go on with what it has')
     assert drags.release('/boxes::0', 'world', at(5.0))
-
-    def is_over():
-        take(scene, spaced(2, first=2.0))
-        return not drags._drops and not drags._over
-
-    wait_until(is_over, 'the drop to be judged')
-    assert asked == [{A: 2.0}]
+    node_of_it.shows_until(lambda: not drags._drops and not drags._over, 'the drop to be judged')
+    assert asked == [{A: 2.0}, {A: 1.0}, {A: 2.0}]
 
 
 def test_what_another_person_changes_counts_in_a_drag(asked):
@@ -377,17 +412,19 @@ def test_what_another_person_changes_counts_in_a_drag(asked):
 
 def test_a_linearization_gives_way_to_the_next_message(asked, present):
     """A node's own function is sent as a line through its present value."""
-    present.update({A: 1.0})
     scene = Scene(Settings())
+    node_of_it = Node(scene, present, lambda a: lined(a, a * a, 2.0 * a))
     drags = Drags(scene, Rules(), str)
-    take(scene, box_at(lined(1.0, 1.0, 2.0)))
     assert drags.move('/boxes::0', 'world', at(1.0))
     assert drags.move('/boxes::0', 'world', at(4.0))
-    wait_until(lambda: asked == [{A: 2.5}], 'the line to be solved')
-    take(scene, box_at(lined(2.5, 6.25, 5.0)))
-    assert drags.release('/boxes::0', 'world', at(4.01))
-    wait_until(lambda: len(asked) > 1, 'the next line to be solved')
-    assert asked[-1][A] == pytest.approx(2.052, abs=1e-3)
+    node_of_it.shows_until(lambda: len(asked) > 2, 'the line to be solved, and its source to be given back')
+    for step in range(1, 4):
+        count = len(asked)
+        assert drags.move('/boxes::0', 'world', at(4.0 + 0.1 * step))
+        node_of_it.shows_until(lambda count=count: len(asked) > count, 'the line of the last message to be solved')
+    assert drags.release('/boxes::0', 'world', at(4.0))
+    node_of_it.shows_until(lambda: not drags._drops and not drags._over and not drags._held, 'the drop to be judged')
+    assert present[A] == pytest.approx(2.0, abs=1e-2)
 
 
 def lined(source, value, slope):

@@ -26,10 +26,14 @@ class Drag:
         shared: of each number of the thing, the sources that moved other things as well.
         pose: where the hand has it now.
         start: where the hand took hold of it.
-        asked: the last pose that the sources have been asked for.
+        asked: the last pose that the sources have been asked for; None if they have to be asked again.
         thing: what the hand has, as the last message has it that shows it where its sources bring it. This is what is
             solved: the node may have gone on to the next of its targets, or may move it.
         went_on: how far its node has moved it meanwhile, or is from it to what it shows instead; 0 for not at all.
+        doubt: the message's that shows it elsewhere than its sources bring it, since when they are others: either its
+            node has gone on, or it computes it in another way now. If the sources get the values of `thing` back, the
+            next message tells.
+        has_ways: whether its node is known to compute it in other ways for other values of its sources.
         solved: the latest message's when its sources were last asked for.
         is_exact: whether the last answer reaches the pose, and is not the nearest one.
         due: before when they are not asked again.
@@ -48,8 +52,10 @@ class Drag:
         self.shared: Sequence[Collection[values.Source]] = ()
         self.thing = self.solved = handle
         self.went_on = 0.0
+        self.doubt: Optional[Handle] = None
+        self.has_ways = False
         self.pose: PoseTuple = handle.pose
-        self.asked: PoseTuple = handle.pose
+        self.asked: Optional[PoseTuple] = handle.pose
         self.start: PoseTuple = handle.pose
         self.turn = handle.turn(handle.pose)
         self.is_moved = self.is_turned = self.is_over = False
@@ -89,11 +95,30 @@ class Drag:
 
     def take(self, handle: Handle) -> None:
         """A message shows the thing: where its sources bring it, or its node has moved it, or shows another one."""
+        if handle is self.thing or self.has_left(values.sources(list(handle.tracked))) or self.misfit(handle):
+            return
         way = _way(self.thing, handle)
-        if way <= NOISE * max(1.0, *map(abs, map(float, handle.tracked))) or _is_linearized(self.thing):
-            self.thing, self.went_on = handle, 0.0
+        is_there = way <= NOISE * max(1.0, *map(abs, map(float, handle.tracked)))
+        is_told = _sources(handle) == _sources(self.thing)
+        self.has_ways = self.has_ways or (is_there and is_told and self.doubt is not None)
+        if is_there or (self.has_ways and not is_told):
+            self.thing, self.went_on, self.doubt = handle, 0.0, None
+        elif is_told or self.went_on:
+            self.went_on, self.doubt = way, None
         else:
-            self.went_on = way
+            self.doubt = handle
+
+    def give_up_doubt(self) -> None:
+        """Nothing tells any more what its node has done: a thing that has gone on is not brought anywhere else."""
+        if self.doubt is not None:
+            self.went_on, self.doubt = _way(self.thing, self.doubt), None
+
+    def before_doubt(self, doubt: Handle) -> Optional[Dict[values.Source, Any]]:
+        """{Source: value} of what this drag has to give back so that a message tells; None if others have changed
+        sources as well."""
+        then, now = _sources(self.thing), _sources(doubt)
+        changed = {source: value for source, value in then.items() if now.get(source, value) != value}
+        return then if changed.keys() <= self.request.after.keys() else None
 
     def goes_beyond_choice(self, handle: Handle, pose: PoseTuple) -> bool:
         """Return whether the hand has also moved what the chosen sources do not reach."""
@@ -135,23 +160,21 @@ class Drag:
         return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
 
 
+def _sources(handle: Handle) -> Dict[values.Source, Any]:
+    return values.source_values(list(handle.tracked))
+
+
 def _way(known: Handle, shown: Handle) -> float:
     """How far a later message shows a thing from where its sources bring it, by what is known of it; 0 if that does not
     tell."""
     numbers = list(map(float, shown.tracked))
-    if known is shown or len(known.tracked) != len(numbers):
+    if len(known.tracked) != len(numbers):
         return 0.0
     try:
-        expected = list(map(float, values.evaluate(list(known.tracked), values.source_values(list(shown.tracked)))))
-    except (ArithmeticError, ValueError):
+        expected = list(map(float, values.evaluate(list(known.tracked), _sources(shown))))
+    except Exception:  # of whatever type: a user's operation may raise any, and a root may be a complex number
         return 0.0
     places = len(numbers) if shown.position is None else sum(map(has_source, shown.position))
     turned = [-part for part in numbers[places:]]  # a quaternion and its negative are the same rotation
     turn = min(math.dist(expected[places:], numbers[places:]), math.dist(expected[places:], turned))
     return max(math.dist(expected[:places], numbers[:places]), turn)
-
-
-def _is_linearized(handle: Handle) -> bool:
-    """Return whether what is known of a thing holds near its present numbers only."""
-    instructions, _ = values.disassemble(list(handle.tracked))
-    return any(kind is values.AFFINE and not rest[-1] for kind, *rest in instructions)

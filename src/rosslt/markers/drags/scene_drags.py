@@ -258,14 +258,17 @@ class Drags:
         for name in [name for name, drag in self._held.items() if now - drag.heard > SILENCE]:
             self._end_for(name)  # as if it had let go
         if self._over:
+            if self._over[0].doubt is not None:
+                self._wake.wait(1.0 / self._rules.rate)
             drag = self._over.popleft()
             drag.is_over = True
             return drag
         wait = 1.0 / self._rules.rate if self._drops or self._held else PERIOD
-        for drag in self._held.values():
+        for name, drag in self._held.items():
             if drag.request.after and drag.fault is None and self._why_raised(drag):
                 return drag
-            if self._rules.is_live and drag.asked != drag.pose:
+            drag.take(self._scene.handle(name) or drag.thing)
+            if self._rules.is_live and (drag.asked != drag.pose or drag.doubt is not None):
                 wait = min(wait, drag.due - now)
                 if wait <= 0.0:
                     drag.due = now + 1.0 / self._rules.rate
@@ -283,27 +286,49 @@ class Drags:
             rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
             drag.fault = f'{type(error).__name__}: {error}'  # it asks for nothing more
         refusal = drag.fault or (wording.refusal(drag.refusal) if drag.refusal else None)
-        if drag.is_over:
+        if drag.is_over and drag.doubt is None:
             self._end(drag, refusal)
+        elif drag.is_over:
+            self._over.append(drag)  # the next message tells
         if refusal:
             self._scene.say(drag.handle, refusal)
 
     def _ask(self, drag: Drag) -> None:
         """Ask the owners where the hand has gone on since they were last asked, or lets go."""
-        pose, asked = drag.pose, drag.asked
-        drag.asked = pose
         error = self._why_raised(drag) if drag.request.after and drag.fault is None else ''
         if error:
             drag.fault = f'{drag.request.raised(error)}; {self._take_back(drag)}'
+        drag.take(self._scene.handle(drag.handle.name) or drag.thing)
+        if drag.fault is not None or (drag.is_over and time.monotonic() - drag.heard > self._rules.timeout):
+            drag.give_up_doubt()
+        if drag.doubt is not None:
+            self._ask_back(drag, drag.doubt)
+        if drag.doubt is not None:
+            return
+        pose, asked = drag.pose, drag.asked
+        drag.asked = pose
         # An answer that can only be reached by a leap is one when the hand lets go, if nothing has followed it yet.
         may_leap = drag.is_over and not drag.followed and pose != drag.start
         has_no_answer = drag.refusal is None or isinstance(drag.refusal, values.NotInvertible)
         if drag.fault is None and (pose != asked or (may_leap and has_no_answer)):
             drag.refusal = self._force(drag, pose, may_leap)
 
+    @staticmethod
+    def _ask_back(drag: Drag, doubt: Handle) -> None:
+        """Ask the owners for what has the next message tell whether the node of a thing has gone on."""
+        drag.asked = None
+        back, after = drag.before_doubt(doubt), drag.request.after
+        wanted = {source: value for source, value in (back or {}).items() if after.get(source, value) != value}
+        try:
+            if wanted:
+                drag.request.step(wanted)
+        except values.Error:
+            back = None
+        if back is None:
+            drag.give_up_doubt()
+
     def _end(self, drag: Drag, refusal: Optional[str]) -> None:
         name = drag.handle.name
-        drag.take(self._scene.handle(name) or drag.thing)
         if drag.request.after:
             self._remember(drag)
         if name not in self._held:  # no hand has taken it again meanwhile
@@ -322,7 +347,6 @@ class Drags:
             drag.fault = drag.fault or misfit
             return None
         drag.chosen = self.chosen_for(drag.handle)
-        drag.take(handle)
         tracked, targets, limit = drag.wanted(drag.thing, pose)
         if drag.went_on:  # the sources of what the hand has may be others by now
             tracked = values.reapply(tracked, values.source_values(list(handle.tracked)))

@@ -254,7 +254,8 @@ class Directory:
             return held
         willing = [self._willing(number) for number in thing]
         slopes = values.slopes(_elsewhere(thing))
-        free = {source: slopes[source] for sources in willing for source in sources if source not in held}
+        still = (0.0,) * len(thing)  # a text or a bool has no slope
+        free = {source: slopes.get(source, still) for sources in willing for source in sources if source not in held}
         stays = {
             source
             for sources, others in zip(willing, shared)
@@ -415,8 +416,10 @@ def _elsewhere(thing: Sequence[Any]) -> List[Any]:
         for number, (source, value) in enumerate(present.items(), 1)
         if isinstance(value, float)
     }
-    with contextlib.suppress(ArithmeticError, ValueError):
-        return list(values.reapply(list(thing), moved))
+    with contextlib.suppress(Exception):  # of whatever type: a user's operation may raise any
+        found = list(values.reapply(list(thing), moved))
+        if all(map(values.is_tracked, found)):  # and not a complex number, as a root may be
+            return found
     return list(thing)
 
 
