@@ -357,7 +357,7 @@ def test_a_hand_keeps_what_it_has_of_targets_of_the_same_numbers(asked, present)
     wait_until(lambda: drags_module.WENT_ON in notes.said, 'the hand to be told')
 
 
-def test_a_thing_that_its_node_computes_in_another_way_is_followed(asked, present):
+def test_what_its_node_computes_in_another_way_is_followed(asked, present):
     """It comes back with its source, so it is the same thing."""
     scene = Scene(Settings())
     node_of_it = Node(scene, present, lambda a: (2.0 if a < 5.0 else 3.0) * values.track(a, A))

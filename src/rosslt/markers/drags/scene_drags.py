@@ -258,8 +258,6 @@ class Drags:
         for name in [name for name, drag in self._held.items() if now - drag.heard > SILENCE]:
             self._end_for(name)  # as if it had let go
         if self._over:
-            if self._over[0].doubt is not None:
-                self._wake.wait(1.0 / self._rules.rate)
             drag = self._over.popleft()
             drag.is_over = True
             return drag
@@ -286,10 +284,8 @@ class Drags:
             rospy.logerr('%s: the drag failed\n%s', drag.handle.name, traceback.format_exc())
             drag.fault = f'{type(error).__name__}: {error}'  # it asks for nothing more
         refusal = drag.fault or (wording.refusal(drag.refusal) if drag.refusal else None)
-        if drag.is_over and drag.doubt is None:
+        if drag.is_over:
             self._end(drag, refusal)
-        elif drag.is_over:
-            self._over.append(drag)  # the next message tells
         if refusal:
             self._scene.say(drag.handle, refusal)
 
@@ -299,7 +295,7 @@ class Drags:
         if error:
             drag.fault = f'{drag.request.raised(error)}; {self._take_back(drag)}'
         drag.take(self._scene.handle(drag.handle.name) or drag.thing)
-        if drag.fault is not None or (drag.is_over and time.monotonic() - drag.heard > self._rules.timeout):
+        if drag.fault is not None or drag.is_over:
             drag.give_up_doubt()
         if drag.doubt is not None:
             self._ask_back(drag, drag.doubt)
