@@ -225,7 +225,7 @@ def test_an_unmodified_node_says_so_too(master, tmp_path):
 def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
     with Unmodified(tmp_path, 'partly', PARTLY), Listener('partly/place', Point) as heard:
         heard.next()
-        said = 'rospy.{} at partly.py:{} takes it at the next start'.format
+        said = 'rospy.{} at partly.py:{} takes it at the next start, or when that line runs again'.format
         of_rate, of_pause = said('Rate', 11), said('Duration', 6)
         wait_until(lambda: late('/partly').get('~rate') == of_rate, 'the first round')
         found = late('/partly')
@@ -245,7 +245,7 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
 
         def said(taker, text):
             line = next(number for number, one in enumerate(COUNTED.splitlines(), 1) if text in one)
-            return f'{taker} at counted.py:{line} takes it at the next start'
+            return f'{taker} at counted.py:{line} takes it at the next start, or when that line runs again'
 
         of_both = said('range', 'self.both =')
         expected = {

@@ -214,3 +214,13 @@ def test_what_is_a_things_own_changes_alone_and_is_what_the_menu_says(no_limits,
     assert found.whole == ([] if kind is float else [y])
     assert default_sources(at, directory.held(at)) == ([x, y] if kind is float else [x])
     assert set(changes.plan(at, [9.5, -1.25], [scale], thing=at, may_leap=True).after) == {scale}
+
+
+@pytest.mark.parametrize('compute', [math.atan, math.tanh, lambda x: -math.exp(-x)])
+def test_what_comes_nearer_for_ever_goes_as_far_as_a_hand_sees(compute, monkeypatch):
+    monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+    monkeypatch.setattr(node, 'directory', node.Directory)
+    source = values.Source('/owner', 1)
+    found = changes.plan([compute(values.track(0.5, source))], [5.0], resolution=1e-3)
+    assert 2.0 < found.after[source] < 1e4
+    assert not found.is_exact

@@ -88,6 +88,7 @@ def plan(
         after, gap = _nearest(tracked, targets, began_here, limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
+        after = _shortened(after, began_here, tracked, targets, gap + 0.5 * resolution)
         after = _rounded(after, began_here, tracked, resolution, limits)
         # Changes that the drag has made already are part of the answer, also if nothing comes nearer.
         moved = last or {source: value for source, value in here.items() if value != present.get(source, value)}
@@ -109,6 +110,35 @@ def to_request(found: Plan, applied: Dict[values.Source, Any]) -> Dict[values.So
     present = {**found.before, **{source: value for source, value in applied.items() if source in found.before}}
     wanted = {**found.before, **found.after}
     return {source: wanted[source] for source, value in present.items() if wanted[source] != value}
+
+
+def _shortened(
+    after: Dict[values.Source, Any],
+    present: Dict[values.Source, Any],
+    tracked: Sequence[Any],
+    targets: Sequence[float],
+    most: float,
+) -> Dict[values.Source, Any]:
+    """The nearest answer, or half the way to it, and so on, if that comes as near for a hand: the least of an
+    exponential lies at infinity.
+
+    Args:
+        most: the distance from the targets that a hand cannot tell from that of the answer.
+    """
+    while after:
+        half = {source: (present[source] + new) / 2.0 if type(new) is float else new for source, new in after.items()}
+        if half == after or _distance(tracked, targets, half) > most:
+            break
+        after = half
+    return after
+
+
+def _distance(tracked: Sequence[Any], targets: Sequence[float], trial: Dict[values.Source, Any]) -> float:
+    """How far source values leave tracked values from their targets; infinite if they are undefined there."""
+    try:
+        return math.dist(list(map(float, values.evaluate(list(tracked), trial))), targets)
+    except (ArithmeticError, ValueError):
+        return math.inf
 
 
 def _rounded(

@@ -62,7 +62,10 @@ def _plain_copies(location: Location) -> str:
     """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
     is_polled = isinstance(location, ParameterLocation) and location.is_polled
     takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
-    return f'{" and ".join(takers)} take{"" if takers[1:] else "s"} it at the next start' if takers else ''
+    if not takers:
+        return ''
+    takes, runs = ('take', 'those lines run') if takers[1:] else ('takes', 'that line runs')
+    return f'{" and ".join(takers)} {takes} it at the next start, or when {runs} again'
 
 
 def _value_or_fault(location: Location) -> Tuple[str, str]:
