@@ -62,6 +62,8 @@ def _plain_copies(location: Location) -> str:
     """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
     is_polled = isinstance(location, ParameterLocation) and location.is_polled
     takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
+    if location.source in MEMORY.held_back and not any(taker.startswith('numpy.') for taker in takers):
+        takers.append('an array whose length would change')
     return f'{" and ".join(takers)} take{"" if takers[1:] else "s"} it at the next start' if takers else ''
 
 
