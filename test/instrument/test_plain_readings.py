@@ -24,6 +24,8 @@ def found(text):
         ('x = n * [0.0]', {'n': 'the length of a list'}),
         ('import numpy as np\nx = np.zeros((n, 2), dtype=kind)', {'n': 'numpy.zeros'}),
         ('from numpy import linspace\nx = linspace(a, b, num=n)', {'n': 'numpy.linspace'}),
+        ('import numpy as np\nx = np.arange(a, b, c, kind)', dict.fromkeys('abc', 'numpy.arange')),
+        ('import numpy as np\nx = np.arange(start=a, stop=b, step=c)', dict.fromkeys('abc', 'numpy.arange')),
         ('import rospy\nrospy.Publisher(topic, kind, queue_size=n)', {'n': 'rospy.Publisher'}),
         ('if mode == 2 and not fast: f()', {'mode': 'if', 'fast': 'if'}),
         ('x = 1.0 if mode == 2 else 2.0', {'mode': 'if'}),

@@ -13,6 +13,7 @@ import pytest
 import rosslt
 from rosslt import numpy as tracked_numpy
 from rosslt import values
+from rosslt.node.json_scalars import Refused
 from rosslt.node.locations import location, report
 from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.memory import remembered, walk
@@ -116,6 +117,59 @@ def test_an_array_that_cannot_be_written_stays(node):
     kept.fixed.flags.writeable = False
     node.change(3.0)
     assert (kept.fixed.tolist(), kept.free.tolist()) == ([2.0, 2.0], [3.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    'made',
+    [
+        lambda n: tracked_numpy.arange(n) * 0.5,
+        lambda n: tracked_numpy.arange(n, n + 2.0, n / 6.0),
+        lambda n: tracked_numpy.linspace(n, n + 2.0, n),
+        lambda n: tracked_numpy.cumsum(tracked_numpy.arange(n) * n),
+        lambda n: tracked_numpy.concatenate([tracked_numpy.arange(n), [n]]),
+    ],
+)
+@pytest.mark.parametrize('other', [1, 2, 5])
+def test_an_array_that_would_get_another_shape_is_left(node, made, other):
+    kept, n = Thing(), node.speed(3)
+    kept.n, kept.array, kept.single, kept.pair = n, made(n), made(n)[1], (n, made(n).sum())
+    kept.elements = list(kept.array)
+    expected = [kept.array.tolist(), kept.single, kept.pair, kept.elements]
+    node.change(other)
+    assert kept.n == other
+    assert [kept.array.tolist(), kept.single, kept.pair, kept.elements] == expected
+    assert node.memory.held_back == {node.source}
+    node.change(3)
+    assert [kept.array.tolist(), kept.single, kept.pair, kept.elements] == expected
+    assert node.memory.held_back == set()
+
+
+def test_what_waits_for_its_shape_follows_all_changes_then(node):
+    step = rosslt.Source('/memory', next(NUMBERS))
+    kept = Thing()
+    kept.xs = tracked_numpy.arange(node.speed(3)) * values.track(0.5, step)
+    node.change(2)
+    node.memory.follow(node.memory.following({step: 2.0}), {})
+    node.memory.follow(node.memory.following({}), {})
+    assert (kept.xs.tolist(), node.memory.held_back) == ([0.0, 0.5, 1.0], {node.source, step})
+    node.change(3)
+    assert (kept.xs.tolist(), node.memory.held_back) == ([0.0, 2.0, 4.0], set())
+
+
+@pytest.mark.parametrize(
+    ('made', 'other', 'what'),
+    [
+        (lambda x: tracked_numpy.corrcoef([x, 1.0, 1.0], [1.0, 2.0, 3.0])[0], 1.0, 'nan'),
+        (lambda x: tracked_numpy.float_power(tracked_numpy.ones(2) * x, 0.5), -4.0, r'\(.*\+2j\)'),
+    ],
+)
+def test_a_change_that_would_leave_no_number_is_refused(node, made, other, what):
+    kept = Thing()
+    kept.array = made(node.speed())
+    before = kept.array.tolist()
+    with pytest.raises(Refused, match=f'which the node keeps, would be {what}'):
+        node.change(other)
+    assert kept.array.tolist() == before
 
 
 def test_each_class_of_number_follows(node):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosslt import Source, evaluate, explain, is_tracked, solve, sources, track, untracked
-from rosslt.values import reapply
+from rosslt.values import OtherShape, keeping_shapes, reapply
 from support.numpy_calls import CALLS, MATRIX, PLAIN, VECTOR
 
 np = pytest.importorskip('numpy')
@@ -253,6 +253,32 @@ def test_a_long_computation_is_evaluated_by_computing_it_again():
     assert evaluate(gain, {A: 3.0, B: 0.5}) == pytest.approx(expected, rel=1e-9)
     assert 'numerically' in explain(gain[0, 0])
     assert evaluate(gain[0, 0], solve(gain[0, 0], 1.1, A)) == pytest.approx(1.1, rel=1e-9)
+
+
+def test_an_element_that_an_array_would_not_have_is_undefined():
+    count, step = track(4, A), track(0.5, B)
+    xs = tracked_np.arange(count) * step
+    assert evaluate(xs[1], {A: 2, B: 2.0}) == 2.0
+    for other in (0, 1, 3):
+        with pytest.raises(ArithmeticError, match='its array would not have that element'):
+            evaluate(xs[3], {A: other})
+    rising = tracked_np.arange(0.0, 10.0, step)
+    assert solve(rising[3], 1.8)[B] == pytest.approx(0.6)
+    total = tracked_np.sort(tracked_np.arange(count * 2000) * step).sum()
+    assert evaluate(total, {B: 1.0}) == 2 * untracked(total)
+    with pytest.raises(ArithmeticError, match='shape'):
+        evaluate(total, {A: 3})
+    with pytest.raises(ArithmeticError, match='shape'):
+        evaluate(tracked_np.linspace(tracked_np.ones(2) * step, 2.0, count)[0, 1], {A: 5})
+
+
+def test_who_keeps_shapes_gets_no_element_of_another():
+    third = tracked_np.arange(track(4, A))[2]
+    with keeping_shapes():
+        assert reapply(third, {A: 4}) == 2
+        with pytest.raises(OtherShape):
+            reapply(third, {A: 5})
+    assert reapply(third, {A: 5}) == 2
 
 
 def test_large_arrays_are_one_value():

@@ -17,6 +17,7 @@ from rosslt.instrument.states import dotted
 #: Functions of other packages that take counts: the first and the last of their arguments that are, and their keywords.
 _COUNTS: Dict[str, Tuple[int, int, Tuple[str, ...]]] = {
     'collections.deque': (1, 1, ('maxlen',)),
+    'numpy.arange': (0, 2, ('start', 'stop', 'step')),
     'numpy.empty': (0, 0, ('shape',)),
     'numpy.eye': (0, 1, ('N', 'M')),
     'numpy.full': (0, 0, ('shape',)),

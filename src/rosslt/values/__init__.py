@@ -21,6 +21,7 @@ from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
 from .recording import OPERATION, allow, limit_recording, reapply, spend, timed, widened
+from .shapes import OtherShape, keeping_shapes
 from .slots import KEEPS_LOCALS, exchange
 from .solve import continued, effects, nearest, slopes, solve, source_values
 from .sources import UNKNOWN, Source, UnnamedSource, describe_sources_with
@@ -51,6 +52,7 @@ __all__ = [
     'NotInvertible',
     'NotTracked',
     'Operation',
+    'OtherShape',
     'Source',
     'UnnamedSource',
     'affine',
@@ -69,6 +71,7 @@ __all__ = [
     'is_same',
     'is_tracked',
     'keeping',
+    'keeping_shapes',
     'lazy',
     'lazy_of',
     'leaves',

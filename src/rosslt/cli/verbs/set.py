@@ -1,6 +1,7 @@
 """`rosslt set`: change a location."""
 
 import argparse
+import contextlib
 import sys
 
 from rosslt import node
@@ -36,6 +37,9 @@ def run(options: argparse.Namespace) -> None:
         raise Failure('; '.join(filter(None, [f'{place.name}: {error}', why]))) from None
     ((old, new),) = change(master, directory, 'rosslt set', {place.source: value}).values()
     write_change(directory, place.source, node.to_json(old), node.to_json(new))
+    with contextlib.suppress(Failure):  # the node has ended
+        # An array may have come to wait for its length by this change, or have ceased to.
+        place = find(master, Directory(), options.location)
     if place.location.at_next_start:
         print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)
     elif place.location.plain_copies:

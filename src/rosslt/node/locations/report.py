@@ -62,10 +62,13 @@ def _plain_copies(location: Location) -> str:
     """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
     is_polled = isinstance(location, ParameterLocation) and location.is_polled
     takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
-    if not takers:
-        return ''
-    takes, runs = ('take', 'those lines run') if takers[1:] else ('takes', 'that line runs')
-    return f'{" and ".join(takers)} {takes} it at the next start, or when {runs} again'
+    told = []
+    if takers:
+        takes, runs = ('take', 'those lines run') if takers[1:] else ('takes', 'that line runs')
+        told.append(f'{" and ".join(takers)} {takes} it at the next start, or when {runs} again')
+    if location.source in MEMORY.held_back and not any(taker.startswith('numpy.') for taker in takers):
+        told.append('an array whose length would change takes it at the next start, or when its length is as before')
+    return '; '.join(told)
 
 
 def _value_or_fault(location: Location) -> Tuple[str, str]:

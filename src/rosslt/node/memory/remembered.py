@@ -10,6 +10,7 @@ expression has now. A slot that holds another object has become part of the node
 
 import collections
 import contextlib
+import math
 import threading
 import types
 from typing import Any, Callable, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
@@ -29,10 +30,14 @@ class Following(NamedTuple):
     Attributes:
         slots: `(slot, its other value)` of those that depend on what changes.
         arrays: `(the number of the array, the array, [(index of an element, its other value), ...])`.
+        waiting: the changes that some do not follow yet, as an array would get another shape.
+        held_back: the sources of those.
     """
 
     slots: List[Tuple[Slot, Any]]
     arrays: List[Tuple[int, Any, List[Tuple[Tuple[int, ...], Any]]]]
+    waiting: Mapping[Source, messages.Scalar] = types.MappingProxyType({})
+    held_back: Collection[Source] = frozenset()
 
 
 class Memory:
@@ -43,6 +48,7 @@ class Memory:
         changes: how many changes there were.
         begins: called once, when the first round has begun.
         changed: called after each change with the ids of the owners whose slots were set.
+        held_back: the sources of which something is left as it is, as an array would get another shape.
     """
 
     def __init__(self) -> None:
@@ -50,6 +56,8 @@ class Memory:
         self.changes = 0
         self.begins: List[Callable[[], None]] = []
         self.changed: Callable[[Set[int]], None] = lambda owners: None
+        self.held_back: Collection[Source] = frozenset()
+        self._waiting: Mapping[Source, messages.Scalar] = {}
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Reference, Any]] = []  # each with what it held
         self._frames: Dict[int, types.FrameType] = {}
@@ -98,11 +106,13 @@ class Memory:
     def following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
         """Compute the configuration for other values of its sources.
 
+        What is computed of an array that would get another shape is left as it is, until the shape is the same again.
+
         Raises:
             Refused: a part of it has no value then.
         """
         if not changes:
-            return Following([], [])
+            return Following([], [], self._waiting, self.held_back)
         try:
             return self._following(changes)
         except (Refused, RuntimeError, AttributeError, LookupError, MemoryError) as error:
@@ -113,17 +123,23 @@ class Memory:
             if not self.has_begun:
                 self._note()
             self._forget_what_has_ended()
+            changes = {**self._waiting, **changes}
             depending = self._depending(changes)
-            slots = list(zip(depending, _reapplied([slot.value for slot in depending], changes)))
+            pairs_of_slots = list(zip(depending, _reapplied([slot.value for slot in depending], changes)))
+            slots = [(slot, other) for slot, other in pairs_of_slots if other is not _LEFT]
+            left = numbers_in(slot.value for slot, other in pairs_of_slots if other is _LEFT)
             arrays = []
             for number, (reference, noted) in enumerate(self._arrays):
                 array = reference()
                 elements = _unwritten(array, noted)
-                others = _reapplied([element for _, element in elements], changes)
+                others = _reapplied([element for _, element in elements], changes, is_array=True)
+                if any(other is _LEFT for other in others):
+                    left += [element for _, element in elements]
+                    continue
                 pairs = [(at, other) for (at, one), other in zip(elements, others) if other is not one]
                 if pairs:
                     arrays.append((number, array, pairs))
-            return Following(slots, arrays)
+            return Following(slots, arrays, changes if left else {}, frozenset(values.sources(left)))
 
     def follow(self, following: Following, readings: Mapping[int, object]) -> None:
         """Set the slots, all at one moment.
@@ -134,6 +150,7 @@ class Memory:
         """
         with self._lock:
             self.changes += 1
+            self._waiting, self.held_back = following.waiting, following.held_back
             rows = [_row(slot, value, readings) for slot, value in following.slots]
             owners = set()
             for (slot, _), (owner, _, _, value), is_done in zip(following.slots, rows, values.exchange(rows)):
@@ -219,23 +236,52 @@ def _fitting(owner: Any, key: Any, before: Any, value: Any) -> Any:
     return value
 
 
-def _reapplied(kept: List[object], changes: Mapping[Source, messages.Scalar]) -> List[Any]:
-    """Values, numbers or tuples, as they are after changes: the same objects if they do not depend on them.
+def _reapplied(kept: List[object], changes: Mapping[Source, messages.Scalar], is_array: bool = False) -> List[Any]:
+    """Values, numbers or tuples, as they are after changes: the same objects if they do not depend on them, and `_LEFT`
+    for those that are computed of an array that would get another shape; for all elements of an array, or for none.
 
     Raises:
         Refused: one has no value.
     """
     leaves = numbers_in(kept)
-    try:
-        others = values.reapply(leaves, changes)
-    except (ArithmeticError, ValueError, TypeError):
-        others = [_reapplied_alone(leaf, changes) for leaf in leaves]
-    return _rebuilt(kept, {id(leaf): _alike(leaf, other) for leaf, other in zip(leaves, others)})
+    with values.keeping_shapes():
+        try:
+            others = values.reapply(leaves, changes)
+        except values.OtherShape:
+            others = [_LEFT] * len(leaves) if is_array else [_reapplied_alone(leaf, changes) for leaf in leaves]
+        except (ArithmeticError, ValueError, TypeError):
+            others = [_reapplied_alone(leaf, changes) for leaf in leaves]
+    left = set()
+    for leaf, other in zip(leaves, others):
+        if other is _LEFT:
+            left.add(id(leaf))
+        elif other is not leaf and not _is_real(other) and _is_real(leaf):
+            raise Refused(f'{values.explain(leaf)}, which the node keeps, would be {other}')
+    known = {id(leaf): leaf if other is _LEFT else _alike(leaf, other) for leaf, other in zip(leaves, others)}
+    rebuilt = _rebuilt(kept, known)
+    if not left:
+        return rebuilt
+    return [
+        _LEFT if any(id(number) in left for number in numbers_in([value])) else other
+        for value, other in zip(kept, rebuilt)
+    ]
+
+
+#: Instead of another value: what is kept is left as it is.
+_LEFT = object()
+
+
+def _is_real(value: Any) -> bool:
+    """Return False if a value is not-a-number, or complex."""
+    plain = values.plain_scalar(value)
+    return plain is not None and not (type(plain) is float and math.isnan(plain))
 
 
 def _reapplied_alone(leaf: object, changes: Mapping[Source, messages.Scalar]) -> Any:
     try:
         return values.reapply(leaf, changes)
+    except values.OtherShape:
+        return _LEFT
     except (ArithmeticError, ValueError, TypeError) as error:
         raise Refused(f'{values.explain(leaf)}, which the node keeps, would have no value: {error}') from None
 

@@ -23,6 +23,7 @@ from ..graph import tracked_leaves
 from ..numpy_ufuncs import BY_UFUNC
 from ..operations.table import TO_FLOAT, TRUNCATE
 from ..recording import OF_PYTHON, OPERATION, allow, apply, apply_and_record, spend
+from ..shapes import OtherShape, are_kept
 from ..tracked import TRACKED
 from ..tree import is_tracked
 from .numbers import BINARY, PYTHON_NUMBERS, plain_number, python_number, rounding_of
@@ -306,17 +307,30 @@ def _called(order: List[_Step]) -> List[Any]:
     border = {id(operand): operand for step in order for operand in step.operands if id(operand) not in inside}
     given = [_numbers_of(operand) if type(operand) is Node else operand for operand in border.values()]
     last = order[-1].node
+    usual: List[Tuple[int, ...]] = []  # the shapes of the first call, which has the present numbers
 
     def program(*numbers: Any) -> Any:
         known = {key: numpy.asarray(number) for key, number in zip(border, numbers)}
+        has_other = False
         try:
             with numpy.errstate(all='ignore'):
-                for step in order:
+                for at, step in enumerate(order):
                     made = numpy.asarray(step.call.run(lambda operand: known[id(operand)], False))
-                    known[id(step.node)] = _shaped(made, step.node.shape)
+                    if at == len(usual):
+                        usual.append(made.shape)
+                    if made.shape == usual[at]:
+                        made = numpy.broadcast_to(made, step.node.shape)
+                    else:
+                        has_other, made = True, _beginning(made, step.node.shape, step.node is last)
+                    known[id(step.node)] = made
+        except OtherShape:
+            raise
         except Exception as error:  # of whatever type: there is no result for these numbers
             raise ArithmeticError(str(error)) from None
-        return known[id(last)]
+        made = known[id(last)]
+        if has_other and not made.ndim:
+            raise OtherShape('the arrays that it is computed of would have another shape')
+        return made.view(_OfOtherShape) if has_other else made
 
     program.__name__ = getattr(order[-1].call.function, '__name__', 'array')
     if len(tracked_leaves(given)) > MAX_CALLED:
@@ -325,11 +339,23 @@ def _called(order: List[_Step]) -> List[Any]:
     return elements
 
 
-def _shaped(made: Any, shape: Tuple[int, ...]) -> Any:
-    """A result for other numbers in its former shape; elements missing at the end of a range are not-a-number."""
-    if made.ndim == len(shape) == 1 != made.size and made.shape != shape:
-        return numpy.append(made[: shape[0]], numpy.full(max(0, shape[0] - made.size), math.nan))
-    return numpy.broadcast_to(made, shape)
+class _OfOtherShape(numpy.ndarray):
+    """What a call gives for numbers with which an array has another shape: elements that it has not have no value."""
+
+    def item(self, *place: Any) -> Any:
+        if are_kept():
+            raise OtherShape('its array would have another shape')
+        try:
+            return super().item(*place)
+        except IndexError:
+            raise OtherShape('its array would not have that element') from None
+
+
+def _beginning(made: Any, shape: Tuple[int, ...], may_be_shorter: bool) -> Any:
+    """The beginning of a result of another shape than the former one: the elements of a range are found there."""
+    if not made.ndim == len(shape) == 1 or (made.size < shape[0] and not may_be_shorter):
+        raise OtherShape('an array would have the shape %s instead of %s' % (made.shape, shape))
+    return made[: shape[0]]
 
 
 def _numbers_of(node: Node) -> Any:
