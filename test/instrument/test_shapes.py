@@ -32,7 +32,8 @@ while not rospy.is_shutdown():
 """
 
 OF_COUNT = (
-    'numpy.arange at shapes.py:9 and numpy.linspace at shapes.py:10 take it at the next start, or when those lines run again'
+    'numpy.arange at shapes.py:9 and numpy.linspace at shapes.py:10 take it at the next start, '
+    'or when those lines run again'
 )
 OF_OTHERS = 'an array whose length would change takes it at the next start, or when its length is as before'
 
