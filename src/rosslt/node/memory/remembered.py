@@ -43,6 +43,7 @@ class Memory:
         changes: how many changes there were.
         begins: called once, when the first round has begun.
         changed: called after each change with the ids of the owners whose slots were set.
+        is_over: called with the owner and the key of a slot: whether the program is known not to read it any more.
     """
 
     def __init__(self) -> None:
@@ -50,6 +51,7 @@ class Memory:
         self.changes = 0
         self.begins: List[Callable[[], None]] = []
         self.changed: Callable[[Set[int]], None] = lambda owners: None
+        self.is_over: Callable[[Any, Any], bool] = lambda owner, key: False
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Reference, Any]] = []  # each with what it held
         self._frames: Dict[int, types.FrameType] = {}
@@ -87,10 +89,11 @@ class Memory:
         return [slot for slot in found.values() if slot.owner() is not None]
 
     def kept(self, sources: Collection[Source]) -> Set[Source]:
-        """Return those of several sources of which a slot or array still holds a result."""
+        """Return those of several sources of which a slot or array, that may be read yet, still holds a result."""
         with self._lock:
             self._forget_what_has_ended()
-            held = [number for slot in self._depending(sources) for number in _held(slot)]
+            read = [slot for slot in self._depending(sources) if not self.is_over(slot.owner(), slot.key)]
+            held = [number for slot in read for number in _held(slot)]
             for reference, noted in self._arrays:
                 held += [element for _, element in _unwritten(reference(), noted)]
             return set(sources).intersection(values.sources(held))
