@@ -71,3 +71,11 @@ def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path
         left += '/parting/slow 0.5 -> 0.0 (`rosslt set /parting/~slow 0.5` takes it back)'
         assert left in failure('set', '/parting/GOAL', '3')
         assert again.end()[0] == 1
+    told = failure('set', '/parting/~slow', '0.5')
+    assert told.endswith('; /parting/slow is a ROS parameter, now 0.0: `rosparam set /parting/slow VALUE` changes it')
+    assert told.split('; ')[1] in failure('set', '/parting/slow', '0.5')
+    assert failure('set', '/parting/~fast', '0.5').endswith('; see rosslt list')
+    subprocess.run(told.split('`')[1].replace('VALUE', '0.5').split(), check=True)
+    with Unmodified(tmp_path, 'parting', text), Listener('parting', PointStamped) as heard:
+        assert command('set', '/parting/GOAL', '3').returncode == 0
+        heard.comes(lambda message: message.point.x == 1.0)

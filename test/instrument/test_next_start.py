@@ -247,19 +247,23 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
             line = next(number for number, one in enumerate(COUNTED.splitlines(), 1) if text in one)
             return f'{taker} at counted.py:{line} takes it at the next start, or when that line runs again'
 
+        def said_alone(name, taker, text):
+            taken = said(taker, text).replace(' takes it at the next start', '')
+            return f'{LATE.format(place("/counted", name))}, but for {taken}'
+
         of_both = said('range', 'self.both =')
         expected = {
-            'SHELVES': said('range', 'range(SHELVES'),
+            'SHELVES': said_alone('SHELVES', 'range', 'range(SHELVES'),
             'EARLY': said('range', 'early ='),
-            'COLUMNS': said('the length of a list', 'self.row'),
-            'ZEROS': said('numpy.zeros', 'self.zeros'),
-            'GRID': said('numpy.zeros', 'self.grid'),
+            'COLUMNS': said_alone('COLUMNS', 'the length of a list', 'self.row'),
+            'ZEROS': said_alone('ZEROS', 'numpy.zeros', 'self.zeros'),
+            'GRID': said_alone('GRID', 'numpy.zeros', 'self.grid'),
             'LINE': said('numpy.linspace', 'self.line'),
             'FILLED': said('while', 'while len'),
-            'MODE': said('if', 'if MODE'),
-            'WINDOW': said('collections.deque', 'self.window'),
+            'MODE': said_alone('MODE', 'if', 'if MODE'),
+            'WINDOW': said_alone('WINDOW', 'collections.deque', 'self.window'),
             'BOTH': of_both,
-            'OTHER': said('range', 'range(count)'),
+            'OTHER': said_alone('OTHER', 'range', 'range(count)'),
             'ROUNDS': '',  # counted by it in each round
             'AGAIN': '',  # the line counts by it again in each round
             'PHASES': '',  # it may run again: it is in the loop
@@ -269,7 +273,8 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
         found = late('/counted')
         assert {name: found[name] for name in expected} == expected
         follows = 'what else uses it follows\n'
-        assert rosslt('set', '/counted/SHELVES', '4').stderr == f'rosslt set: {expected["SHELVES"]}; {follows}'
+        assert rosslt('set', '/counted/SHELVES', '4').stderr == f'rosslt set: it {expected["SHELVES"]}\n'
+        assert rosslt('set', '/counted/FILLED', '9').stderr == f'rosslt set: {expected["FILLED"]}; {follows}'
         assert rosslt('set', '/counted/ROUNDS', '10').stderr == ''
         message = heard.comes(lambda message: message.y == 10.0)
         assert message.z == 4.0

@@ -117,8 +117,8 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
         if text in nodes:
             raise Failure(f'{text} names no location of the node; see rosslt list {text}')
         meant = did_it_begin_with(text, nodes)
-        kept = _kept_of(master, text)
-        raise Failure(f'{text} begins with no node that has locations{meant}; {kept or "see rosslt list"}')
+        known = _kept_of(master, text) or _parameter_of(master, text) or 'see rosslt list'
+        raise Failure(f'{text} begins with no node that has locations{meant}; {known}')
     return found, text[len(found) + 1 :]
 
 
@@ -142,6 +142,17 @@ def _kept_of(master: rosgraph.Master, text: str) -> str:
                 f'`rosparam delete {name}/rosslt/{literal}` has it begin with {said!r}'
             )
     return ''
+
+
+def _parameter_of(master: rosgraph.Master, text: str) -> str:
+    """How the ROS parameter that NODE/~NAME or NODE/NAME calls is set without its node; '' if there is none."""
+    name = text.replace('/~', '/')
+    try:
+        value = master.getParam(name)
+    except rosgraph.MasterException:
+        return ''
+    is_scalar = not isinstance(value, (dict, list))
+    return f'{name} is a ROS parameter, now {value!r}: `rosparam set {name} VALUE` changes it' if is_scalar else ''
 
 
 def find_node_or_location(master: rosgraph.Master, directory: Directory, text: str) -> Tuple[str, Optional[Place]]:

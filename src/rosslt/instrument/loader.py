@@ -19,6 +19,7 @@ from typing import Any, Collection, Dict, List, Optional
 from rosslt import node
 from rosslt.instrument import cells, functions, reloading
 from rosslt.instrument.literals import Literal
+from rosslt.instrument.set_up_names import SET_UP, Place
 from rosslt.instrument.tree_rewriting import (
     CELLS,
     CONVERSIONS,
@@ -65,12 +66,15 @@ def rewritten(path: str, content: bytes, named: str) -> Rewritten:
     file = os.path.join(cache_folder(), key[:2], key)
     try:
         with open(file, 'rb') as cached:
-            code, rows, digest = marshal.load(cached)
-        return Rewritten(code, [Literal(*row) for row in rows], digest)
+            code, rows, digest, set_up, reaches_others = marshal.load(cached)
+        ways = {name: [tuple([Place(*place) for place in way]) for way in found] for name, found in set_up.items()}
+        return Rewritten(code, [Literal(*row) for row in rows], digest, ways, reaches_others)
     except (OSError, EOFError, ValueError, TypeError):
         pass
     made = rewrite(content, path, named)
-    _keep(file, marshal.dumps((made.code, [tuple(literal) for literal in made.literals], made.digest)))
+    set_up = {name: [tuple([tuple(one) for one in way]) for way in found] for name, found in made.set_up.items()}
+    rows = [tuple(literal) for literal in made.literals]
+    _keep(file, marshal.dumps((made.code, rows, made.digest, set_up, made.reaches_others)))
     return made
 
 
@@ -93,7 +97,7 @@ _REWRITING = (
         f'instrument/{name}'
         for name in (
             *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'plain_readings', 'run_once'),
-            *('signatures', 'states', 'tables', 'tree_rewriting'),
+            *('set_up_names', 'signatures', 'states', 'tables', 'tree_rewriting'),
         )
     ),
     'node/locations/literal_identities',
@@ -124,7 +128,12 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
 
     node.include_file(names['__file__'])
     path = os.path.realpath(path)
-    names[CELLS] = cells.cells_of(path, made.literals, made.digest, names['__name__'] == '__main__')
+    is_program = names['__name__'] == '__main__'
+    if is_program:
+        SET_UP.begin(names, made.set_up)
+    elif made.reaches_others:
+        SET_UP.forget()
+    names[CELLS] = cells.cells_of(path, made.literals, made.digest, is_program)
     names[CELLS].take_over()
     reloading.watch(path)
     # A function of the module may be called with other globals.

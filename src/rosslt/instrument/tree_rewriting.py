@@ -11,6 +11,7 @@ from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.lifetimes import bound_arguments, own_functions
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.plain_readings import plain_readings
+from rosslt.instrument.set_up_names import Way, names_of_set_up, reaches_other_modules
 from rosslt.instrument.states import find_states
 
 #: The name of its cells in a module that runs rewritten.
@@ -72,11 +73,15 @@ class Rewritten(NamedTuple):
         code: its code object.
         literals: its locations, in the order of their cells.
         digest: the hash of the content of the file that was read.
+        set_up: the names that are read in the set-up alone if it is the program, as `names_of_set_up` finds them.
+        reaches_others: as `reaches_other_modules` says.
     """
 
     code: Any
     literals: List[Literal]
     digest: str
+    set_up: Dict[str, List[Way]]
+    reaches_others: bool
 
 
 def rewrite(content: bytes, path: str, named: str) -> Rewritten:
@@ -100,8 +105,10 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     bound = bound_names(tree)
     taken = plain_readings(tree, bound)
     rewriter = _Rewriter(name, cells, states.steps, bound, taken, _shared_names(tree), *_hidden(tree, cells))
+    set_up, reaches_others = names_of_set_up(tree), reaches_other_modules(tree)
     tree = ast.fix_missing_locations(rewriter.visit(tree))
-    return Rewritten(compile(tree, named, 'exec', dont_inherit=True), literals, source.digest)
+    code = compile(tree, named, 'exec', dont_inherit=True)
+    return Rewritten(code, literals, source.digest, set_up, reaches_others)
 
 
 def bound_names(tree: ast.AST) -> Set[str]:

@@ -16,11 +16,14 @@ def why_at_next_start(locations: Sequence[Location]) -> Dict[Location, str]:
     of which that holds."""
     read_once = [location for location in locations if not location.is_read_again()]
     kept = MEMORY.kept([location.source for location in read_once]) if read_once else ()
-    return {
-        one: f'takes effect at the next start, or when {one.place} runs again: nothing that the node keeps came of it'
-        for one in read_once
-        if one.source not in kept
-    }
+    return {one: _why(one) for one in read_once if one.source not in kept}
+
+
+def _why(location: Location) -> str:
+    takers = PLAIN_COPIES.takers_of(location.source)
+    rest = f', but for {" and ".join(takers)}' if takers else ''
+    when = f'at the next start, or when {location.place} runs again'
+    return f'takes effect {when}: nothing that the node keeps came of it{rest}'
 
 
 def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:

@@ -49,6 +49,7 @@ class Memory:
         begins: called once, when the first round has begun.
         changed: called after each change with the ids of the owners whose slots were set.
         held_back: the sources of which something is left as it is, as an array would get another shape.
+        is_over: called with the owner and the key of a slot: whether the program is known not to read it any more.
     """
 
     def __init__(self) -> None:
@@ -58,6 +59,7 @@ class Memory:
         self.changed: Callable[[Set[int]], None] = lambda owners: None
         self.held_back: Collection[Source] = frozenset()
         self._waiting: Mapping[Source, messages.Scalar] = {}
+        self.is_over: Callable[[Any, Any], bool] = lambda owner, key: False
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Reference, Any]] = []  # each with what it held
         self._frames: Dict[int, types.FrameType] = {}
@@ -95,10 +97,11 @@ class Memory:
         return [slot for slot in found.values() if slot.owner() is not None]
 
     def kept(self, sources: Collection[Source]) -> Set[Source]:
-        """Return those of several sources of which a slot or array still holds a result."""
+        """Return those of several sources of which a slot or array, that may be read yet, still holds a result."""
         with self._lock:
             self._forget_what_has_ended()
-            held = [number for slot in self._depending(sources) for number in _held(slot)]
+            read = [slot for slot in self._depending(sources) if not self.is_over(slot.owner(), slot.key)]
+            held = [number for slot in read for number in _held(slot)]
             for reference, noted in self._arrays:
                 held += [element for _, element in _unwritten(reference(), noted)]
             return set(sources).intersection(values.sources(held))

@@ -1,0 +1,275 @@
+"""Which names of a program's module are read in its set-up alone, and whether each of those readings is over.
+
+    START_X = -1.0                            class Robot:
+    robot = Robot()                               def __init__(self):
+    while not rospy.is_shutdown():                    self.x = START_X
+        robot.step()
+
+The module holds the number of `START_X` for as long as the node runs, but nobody looks at it there again.
+"""
+
+import ast
+import itertools
+import re
+import sys
+import threading
+import types
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+from rosslt import node
+from rosslt.instrument.lifetimes import FUNCTIONS
+
+#: A function by its name and its line, as its code object has them.
+Code = Tuple[str, int]
+_MODULE: Code = ('<module>', 0)
+
+#: By these, code gets at a module that it does not name.
+_MODULES = {'__main__', '__import__', 'import_module', 'modules', 'getmodule', '__globals__', 'f_globals'}
+#: By these, it gets at variables, functions and classes that it does not name.
+_INDIRECT = {*_MODULES, 'globals', 'locals', 'vars', 'eval', 'exec', 'type', 'cls', '__class__', '__subclasses__'}
+
+_COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+_SUSPENDING = (ast.Yield, ast.YieldFrom, ast.Await)
+
+
+class Place(NamedTuple):
+    """A statement that runs once, or the head of one.
+
+    Attributes:
+        code: the function that it is in, or the module.
+        first, last: its lines.
+        then: if it makes an object: the method of that which it calls next, as `run` in `Robot().run()`; or ''.
+    """
+
+    code: Code
+    first: int
+    last: int
+    then: str = ''
+
+
+#: A way to a reading: the places of the calls that lead there, from the module inward, and its own.
+Way = Tuple[Place, ...]
+
+
+def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
+    """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once."""
+    if not _INDIRECT.isdisjoint(_mentioned(tree)) or any(map(_initializes_again, ast.walk(tree))):
+        return {}
+    places = dict(_places(tree.body, _MODULE))
+    bound = {
+        one.id
+        for one in ast.walk(tree)
+        if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store) and id(one) in places
+    }
+    ways = _follow_calls(tree, places)
+    unknown = {word for one in _texts(tree) for word in re.findall(r'\w+', one)}
+    unknown.update(one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute))
+    found: Dict[str, List[Way]] = {}
+    for one in _readings(tree):
+        place = places.get(id(one))
+        if place is None:
+            unknown.add(one.id)
+        else:
+            found.setdefault(one.id, []).extend((*way, place) for way in ways[place.code])
+    return {name: found[name] for name in bound.intersection(found) - unknown}
+
+
+def _readings(tree: ast.AST) -> Iterator[ast.Name]:
+    for one in ast.walk(tree):
+        if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load):
+            yield one
+        elif isinstance(one, ast.AugAssign) and isinstance(one.target, ast.Name):
+            yield one.target
+
+
+def reaches_other_modules(tree: ast.AST) -> bool:
+    """Return whether a module gets at others that it does not name, as at the program."""
+    return not _MODULES.isdisjoint(_mentioned(tree))
+
+
+def _mentioned(tree: ast.AST) -> Iterator[str]:
+    for one in ast.walk(tree):
+        if isinstance(one, ast.Name):
+            yield one.id
+        elif isinstance(one, ast.Attribute):
+            yield one.attr
+        elif isinstance(one, (ast.alias, ast.ImportFrom)):
+            yield from (getattr(one, 'name', None) or getattr(one, 'module', None) or '').split('.')
+
+
+def _initializes_again(one: ast.AST) -> bool:
+    """Return whether an expression may call the `__init__` of an object that there is: `self.__init__()`."""
+    return (
+        isinstance(one, ast.Attribute)
+        and one.attr == '__init__'
+        and not (isinstance(one.value, ast.Call) and getattr(one.value.func, 'id', '') == 'super')
+    )
+
+
+def _texts(tree: ast.AST) -> Iterator[str]:
+    """The texts of a program, without those that stand alone, as docstrings."""
+    alone = {id(one.value) for one in ast.walk(tree) if isinstance(one, ast.Expr)}
+    for one in ast.walk(tree):
+        if isinstance(one, ast.Constant) and isinstance(one.value, str) and id(one) not in alone:
+            yield one.value
+
+
+def _places(body: List[ast.stmt], code: Code) -> Iterator[Tuple[int, Place]]:
+    """(id of a node, its place) of what runs once if the statements of a function run once."""
+    waiting: List[Tuple[ast.AST, Place]] = [(one, Place(code, 0, 0)) for one in body]
+    while waiting:
+        one, place = waiting.pop()
+        inner: Any = getattr(one, 'body', None)
+        if isinstance(inner, list):  # what stands in its head is over after the first line in it
+            first = min(part.lineno for part in [one, *getattr(one, 'decorator_list', ()), inner[0]] if _has_line(part))
+            place = Place(code, first, inner[0].lineno)
+        elif isinstance(one, ast.stmt):
+            place = Place(code, one.lineno, one.end_lineno or one.lineno)
+        yield id(one), place
+        again = {id(part) for part in _repeated(one)}
+        waiting += [(part, place) for part in ast.iter_child_nodes(one) if id(part) not in again]
+
+
+def _has_line(one: ast.AST) -> bool:
+    return hasattr(one, 'lineno')
+
+
+def _repeated(one: ast.AST) -> Iterator[ast.AST]:
+    """The parts of a node that do not run as often as it does itself."""
+    if isinstance(one, ast.Lambda):
+        yield one.body
+    elif isinstance(one, ast.While):
+        yield one.test
+        yield from one.body
+    elif isinstance(one, (*FUNCTIONS[:2], ast.For)):
+        yield from one.body
+    elif isinstance(one, _COMPREHENSIONS):
+        yield from ast.iter_child_nodes(one)
+
+
+def _follow_calls(tree: ast.Module, places: Dict[int, Place]) -> Dict[Code, List[Way]]:
+    """The ways to all functions that are known to run once for each way; adds the places in them."""
+    mentions: Dict[str, List[ast.AST]] = {}
+    for one in ast.walk(tree):
+        name = getattr(one, 'id', getattr(one, 'attr', getattr(one, 'value', None)))
+        if isinstance(one, (ast.Name, ast.Attribute, ast.Constant)) and isinstance(name, str):
+            mentions.setdefault(name, []).append(one)
+    called = {id(one.func) for one in ast.walk(tree) if isinstance(one, ast.Call) and isinstance(one.func, ast.Name)}
+    next_methods = dict(_next_methods(tree))
+    ways: Dict[Code, List[Way]] = {_MODULE: [()]}
+    waiting = _functions(tree)
+    while True:
+        once = called & places.keys()
+        begun = [name for name in waiting if name in mentions and {id(one) for one in mentions[name]} <= once]
+        if not begun:
+            return ways
+        for name in begun:
+            function = waiting.pop(name)
+            calls = [places[id(one)]._replace(then=next_methods.get(id(one), '')) for one in mentions[name]]
+            if not any(_overlap(one, other) for one, other in itertools.combinations(calls, 2)):
+                code = function.name, function.lineno
+                ways[code] = [(*way, call) for call in calls for way in ways[call.code]]
+                places.update(_places(function.body, code))
+
+
+def _functions(tree: ast.Module) -> Dict[str, Any]:
+    """{name: the function, or the `__init__` of a class} of what nobody calls but by that name.
+
+    A base class, a metaclass or a decorator may call it, too; a generator runs later than it is called.
+    """
+    methods = {id(part) for one in ast.walk(tree) if isinstance(one, ast.ClassDef) for part in one.body}
+    found: Dict[str, List[Any]] = {}
+    for one in ast.walk(tree):
+        if isinstance(one, ast.ClassDef):
+            is_plain = not one.keywords and all(getattr(base, 'id', '') == 'object' for base in one.bases)
+            made: List[Any] = [part for part in one.body if getattr(part, 'name', '') == '__init__']
+            found.setdefault(one.name, []).append(made[0] if len(made) == 1 and is_plain and _is_plain(one) else None)
+        elif isinstance(one, FUNCTIONS[:2]) and id(one) not in methods:
+            found.setdefault(one.name, []).append(one)
+    return {
+        name: one
+        for name, (one, *others) in found.items()
+        if not others and isinstance(one, ast.FunctionDef) and _is_plain(one)
+        if not any(isinstance(part, _SUSPENDING) for part in ast.walk(one))
+    }
+
+
+def _is_plain(one: Any) -> bool:
+    return not one.decorator_list
+
+
+def _overlap(one: Place, other: Place) -> bool:
+    return one.code == other.code and one.first <= other.last and other.first <= one.last
+
+
+def _next_methods(tree: ast.AST) -> Iterator[Tuple[int, str]]:
+    """(id of the name of a class, the method that the same statement calls next), as in `Robot(RATE).run()`."""
+    for one in ast.walk(tree):
+        method: Any = getattr(getattr(one, 'value', None), 'func', None) if isinstance(one, ast.Expr) else None
+        made = getattr(method, 'value', None)
+        if isinstance(made, ast.Call):
+            given = [*made.args, *(keyword.value for keyword in made.keywords)]
+            if all(isinstance(part, (ast.Name, ast.Constant)) for part in given):
+                yield id(made.func), method.attr
+
+
+class SetUp:
+    """The names of the program that are read in its set-up alone."""
+
+    def __init__(self) -> None:
+        self._names: Optional[Dict[str, Any]] = None
+        self._ways: Dict[str, List[Way]] = {}
+
+    def begin(self, names: Dict[str, Any], ways: Dict[str, List[Way]]) -> None:
+        """The program begins.
+
+        Args:
+            names: of its module.
+            ways: as `names_of_set_up` finds them.
+        """
+        self._names, self._ways = names, ways
+        node.MEMORY.is_over = self._is_over
+
+    def forget(self) -> None:
+        """Another module may read any name of the program."""
+        self._ways = {}
+
+    def _is_over(self, owner: object, key: object) -> bool:
+        if owner is not self._names or key not in self._ways:
+            return False
+        running = self._running()
+        return not any(_is_ahead(way, running) for way in self._ways[str(key)])
+
+    def _running(self) -> List[Tuple[Code, Optional[int]]]:
+        """The functions of the program that the main thread is in, from the module inward, each with its line."""
+        found: List[Tuple[Code, Optional[int]]] = []
+        frame: Optional[types.FrameType] = sys._current_frames().get(threading.main_thread().ident or 0)
+        while frame is not None:
+            if frame.f_globals is self._names:
+                code = frame.f_code
+                is_module = code.co_name == _MODULE[0]
+                found.append((_MODULE if is_module else (code.co_name, code.co_firstlineno), frame.f_lineno))
+            frame = frame.f_back
+        return found[::-1]
+
+
+def _is_ahead(way: Way, running: List[Tuple[Code, Optional[int]]]) -> bool:
+    """Return whether a reading may come yet: true unless it is known to be over."""
+    codes = [code for code, _ in running]
+    entered, called_next = '', ''
+    for place in way:
+        if place.code not in codes:
+            # What was made before in the same statement was made if the statement has come to its method.
+            return not called_next or entered != called_next
+        at = codes.index(place.code)
+        line = running[at][1]
+        if line is None or line < place.first:
+            return True
+        if line > place.last:
+            return False
+        entered, called_next = ''.join(name for name, _ in codes[at + 1 : at + 2]), place.then
+    return True
+
+
+SET_UP = SetUp()
+"""Those of this process."""

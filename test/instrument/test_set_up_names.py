@@ -1,0 +1,313 @@
+"""Constants of a program that only its set-up reads: what nothing keeps of them changes at the next start."""
+
+import ast
+
+import pytest
+import rospy
+from geometry_msgs.msg import Point, PoseStamped
+
+from rosslt import node, values
+from rosslt.instrument.set_up_names import SetUp, names_of_set_up, reaches_other_modules
+from support.processes import wait_until
+from support.shell import failure, lines, rosslt
+from support.unmodified import Listener, Unmodified
+
+LATE = 'takes effect at the next start, or when {} runs again: nothing that the node keeps came of it'
+
+PURSUIT = """\
+import math
+import rospy
+from geometry_msgs.msg import PoseStamped
+
+START_X, START_Y = -1.0, 0.5
+SPAN = 4.0
+HALF = SPAN / 2
+GOAL = (2.0, -1.0)
+OFFSET = 0.25
+RATE = 20
+
+class Robot:
+    def __init__(self):
+        self.x, self.y, self.th = START_X, START_Y, 0.0
+        self.goal_x = HALF
+        self.offset = OFFSET
+        self.pose = rospy.Publisher('~pose', PoseStamped, queue_size=1)
+        self.goal = rospy.Publisher('~goal', PoseStamped, queue_size=1)
+
+    def step(self, dt):
+        self.x += math.cos(self.th) * dt
+        self.goal_x = self.x
+        pose = PoseStamped()
+        pose.header.frame_id = 'map'
+        pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = self.x, self.y, self.offset
+        self.pose.publish(pose)
+        goal = PoseStamped()
+        goal.header.frame_id = 'map'
+        goal.pose.position.x, goal.pose.position.y = GOAL
+        self.goal.publish(goal)
+
+def main():
+    rospy.init_node('pursuit')
+    robot = Robot()
+    rate = rospy.Rate(RATE)
+    while not rospy.is_shutdown():
+        robot.step(0.001)
+        rate.sleep()
+
+if __name__ == '__main__':
+    main()
+"""
+
+ORDINARY = """\
+import rospy
+from dataclasses import dataclass
+from geometry_msgs.msg import Point
+
+IN_CALLBACK = 1.0
+IN_LOOP = 2.0
+IN_METHOD = 3.0
+IN_LAMBDA = 4.0
+BY_DEFAULT = 5.0
+OF_CLASS = 6.0
+DECORATED = 7.0
+KEPT = 8.0
+OF_TUPLE = 9.0
+OF_FIELD = 10.0
+SHARED = 11.0
+GENERATED = 12.0
+IN_TEXT = 13.0
+
+def scaled(by):
+    def decorate(function):
+        return lambda *args: by * function(*args)
+    return decorate
+
+@dataclass
+class Limits:
+    most: float = OF_FIELD
+
+class Ordinary:
+    factor = OF_CLASS
+
+    def __init__(self):
+        self.kept = KEPT
+        self.goal = (OF_TUPLE, 0.0)
+        self.limits = Limits()
+        self.get = lambda: IN_LAMBDA
+        self.shared = SHARED
+        self.shared = 0.0
+        self.numbers = (GENERATED * i for i in range(10 ** 9))
+        self.text = IN_TEXT
+        self.text = 0.0
+        self.pub = rospy.Publisher('~place', Point, queue_size=1)
+        self.other = rospy.Publisher('~other', Point, queue_size=1)
+        self.timer = rospy.Timer(rospy.Duration(0.05), self.tick)
+
+    def tick(self, event):
+        self.other.publish(IN_CALLBACK, SHARED, next(self.numbers))
+
+    def method(self, number=BY_DEFAULT):
+        return IN_METHOD + number + self.factor
+
+    @scaled(DECORATED)
+    def step(self):
+        self.pub.publish(self.method(), self.get() + self.kept + self.goal[0] + self.limits.most, 0.0)
+        return 1.0
+
+rospy.init_node('ordinary')
+rospy.loginfo('IN_TEXT is %.1f', IN_TEXT)
+ordinary, rate = Ordinary(), rospy.Rate(20)
+while not rospy.is_shutdown():
+    ordinary.pub.publish(IN_LOOP, ordinary.step(), 0.0)
+    rate.sleep()
+"""
+
+ONE_BY_ONE = """\
+import rospy
+from geometry_msgs.msg import Point
+
+FIRST = 1.0
+SECOND = 2.0
+THIRD = 3.0
+
+class Robot:
+    def __init__(self):
+        self.pub = rospy.Publisher('~place', Point, queue_size=1)
+
+    def go(self, x):
+        rate = rospy.Rate(20)
+        while x > 0.0 and not rospy.get_param('/ended', 0) >= x:
+            self.pub.publish(x, 0.0, 0.0)
+            rate.sleep()
+        x = 0.0
+
+def second(robot):
+    robot.go(SECOND * 1.0)
+
+def main():
+    rospy.init_node('one_by_one')
+    robot = Robot()
+    robot.go(FIRST)
+    second(robot)
+    robot.go(THIRD)
+    while not rospy.is_shutdown():
+        rospy.sleep(0.05)
+
+main()
+"""
+
+
+def late(name):
+    """{name of a location: the last column of `rosslt list`}."""
+    return {line[0].split('/', 2)[2]: line[9] for line in lines('list', name, '--all')}
+
+
+def found_in(text):
+    return set(names_of_set_up(ast.parse(text)))
+
+
+@pytest.mark.rostest
+def test_a_start_that_became_a_state_says_so(master, tmp_path):
+    with Unmodified(tmp_path, 'pursuit', PURSUIT), Listener('pursuit/pose', PoseStamped) as heard:
+        heard.comes(lambda message: message.pose.position.x > -0.99)
+        wait_until(lambda: late('/pursuit').get('START_X'), 'the start to have become a state')
+        found = late('/pursuit')
+        assert {name for name, why in found.items() if why} == {'START_X', 'SPAN', 'HALF', 'RATE'}
+        assert found['START_X'] == LATE.format('pursuit.py:5:20')
+        assert found['RATE'] == LATE.format('pursuit.py:10:8') + ', but for rospy.Rate at pursuit.py:35'
+        assert found['START_Y'] == found['OFFSET'] == found['GOAL_0'] == found['GOAL_1'] == ''
+        assert rosslt('set', '/pursuit/START_X', '5').stderr == f'rosslt set: it {found["START_X"]}\n'
+        assert rosslt('set', '/pursuit/START_Y', '1.5').stderr == ''
+        assert rosslt('set', '/pursuit/OFFSET', '0.75').stderr == ''
+        message = heard.comes(lambda message: message.pose.position.y == 1.5 and message.pose.position.z == 0.75)
+        assert message.pose.position.x < 0.0
+
+
+@pytest.mark.rostest
+def test_a_start_that_became_a_state_gets_no_handle(master, tmp_path):
+    with Unmodified(tmp_path, 'pursuit', PURSUIT), Listener('pursuit/pose', PoseStamped) as heard:
+        heard.comes(lambda message: message.pose.position.x > -0.99)
+        wait_until(lambda: late('/pursuit').get('START_X'), 'the start to have become a state')
+        pose = heard.next().pose.position
+        fixed = node.limits(values.sources((pose.x, pose.y, pose.z)))['read_only']
+        assert {node.directory().of(source).local_name for source in fixed} == {'START_X'}
+        refused = failure('force', '/pursuit/pose/pose/position/x', '1', '--source', '/pursuit/START_X')
+        assert LATE.format('pursuit.py:5:20') in refused
+        examined = rosslt('doctor', '/pursuit/pose', '--time', '1').stdout
+        assert 'a change of /pursuit/START_X ' + LATE.format('pursuit.py:5:20') in examined
+
+
+@pytest.mark.rostest
+def test_what_is_read_again_or_kept_follows(master, tmp_path):
+    with Unmodified(tmp_path, 'ordinary', ORDINARY), Listener('ordinary/place', Point) as heard:
+        heard.comes(lambda message: message.y == 7.0)
+        names = [line.split(' = ')[0] for line in ORDINARY.splitlines() if line[:1].isupper()]
+        wait_until(lambda: set(names) <= late('/ordinary').keys(), 'all to be known')
+        found = late('/ordinary')
+        assert {name: found[name] for name in names} == dict.fromkeys(names, '')
+        for name in names:
+            assert rosslt('set', '/ordinary/' + name, '20').stderr == ''
+        heard.comes(lambda message: (message.x, message.y) == (60.0, 80.0))
+        heard.comes(lambda message: (message.x, message.y) == (20.0, 20.0))
+
+
+@pytest.mark.rostest
+def test_what_the_program_will_read_later_is_not_late(master, tmp_path):
+    with Unmodified(tmp_path, 'one_by_one', ONE_BY_ONE), Listener('one_by_one/place', Point) as heard:
+
+        def said():
+            return {name for name, why in late('/one_by_one').items() if why} & {'FIRST', 'SECOND', 'THIRD'}
+
+        heard.comes(lambda message: message.x == 1.0)
+        wait_until(lambda: 'THIRD' in late('/one_by_one'), 'all to be known')
+        assert said() == set()
+        rosslt('set', '/one_by_one/SECOND', '2.5')
+        rosslt('set', '/one_by_one/THIRD', '3.5')
+        rospy.set_param('/ended', 1.0)
+        heard.comes(lambda message: message.x == 2.5)
+        assert said() == {'FIRST'}
+        rospy.set_param('/ended', 2.5)
+        heard.comes(lambda message: message.x == 3.5)
+        assert said() == {'FIRST', 'SECOND'}
+        rospy.set_param('/ended', 3.5)
+        wait_until(lambda: said() == {'FIRST', 'SECOND', 'THIRD'}, 'the last one to be over')
+
+
+ROBOT = 'START = 1.0\nclass Robot:\n    def __init__(self):\n        self.x = START\n'
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        ROBOT + 'Robot()',
+        ROBOT + 'def main():\n    one = Robot()\n    other = Robot()\nmain()',
+        'START, Y = 1.0, 2.0\nx = START',
+        'START: float = 1.0\nclass Limits:\n    most = START',
+        'START = 1.0\ndef f(x=START):\n    pass',
+        'START = 1.0\nfor x in (START, 2.0):\n    f(x)',
+    ],
+)
+def test_these_are_read_once(text):
+    assert found_in(text) == {'START'}
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'START = 1.0',
+        ROBOT,
+        ROBOT + 'for _ in range(2):\n    Robot()',
+        ROBOT + 'call(Robot)',
+        ROBOT + 'Robot()\ndef f(event):\n    Robot()',
+        ROBOT + 'a, b = Robot(), Robot()',
+        ROBOT + 'robot = Robot()\ndef f(event):\n    robot.__init__()',
+        ROBOT + 'robot = Robot()\ndef f(event):\n    return type(robot)()',
+        ROBOT + 'class Other(Robot):\n    pass\nRobot()',
+        ROBOT.replace('Robot:', 'Robot(Base):') + 'Robot()',
+        ROBOT.replace('class', '@known\nclass') + 'Robot()',
+        ROBOT.replace('__init__', 'execute') + 'Robot().execute()',
+        ROBOT + 'Robot()\ndef f(event):\n    return globals()["STA" + "RT"]',
+        ROBOT + 'Robot()\ndef f(event):\n    return numexpr.evaluate("START + 1")',
+        ROBOT + 'import sys\nRobot()\ndef f(event):\n    return sys.modules[__name__].START',
+        'START = 1.0\nx = [START for _ in run()]',
+        'START = 1.0\ndef f():\n    yield START\ng = f()',
+        'START = 1.0\nasync def f():\n    return START\ng = f()',
+        'START = 1.0\ndef f(event):\n    global START\n    START += 1',
+        'START = 1.0\nwhile START < 2.0:\n    f()',
+        'START = 1.0\nf(lambda: START)',
+    ],
+)
+def test_these_may_be_read_again(text):
+    assert found_in(text) - {'g', 'robot', 'x'} == set()
+
+
+def test_a_module_that_gets_at_others_is_told_apart():
+    assert reaches_other_modules(ast.parse('import __main__'))
+    assert reaches_other_modules(ast.parse('from __main__ import START'))
+    assert not reaches_other_modules(ast.parse('if __name__ == "__main__":\n    main()'))
+
+
+@pytest.mark.parametrize(
+    ('text', 'running', 'is_over'),
+    [
+        (ROBOT + 'robot = Robot()\nrun()', [('<module>', 6)], True),
+        (ROBOT + 'run()\nrobot = Robot()', [('<module>', 5)], False),
+        (ROBOT + 'run(Robot())', [('<module>', 5), ('run', 1)], False),
+        (ROBOT + 'Robot().run()', [('<module>', 5), ('run', 1)], True),
+        (ROBOT + 'Robot().run()', [('<module>', 5)], False),
+        (ROBOT + 'Robot(run()).run()', [('<module>', 5), ('run', 1)], False),
+        (ROBOT + 'a = Robot()\nb = Robot()', [('<module>', 5), ('__init__', 5)], False),
+        (ROBOT + 'a = Robot()\nb = Robot()', [('<module>', 6), ('__init__', 5)], True),
+        ('START = 1.0\ntry:\n    run()\nfinally:\n    f(START)', [('<module>', 3)], False),
+        ('START = 1.0\nx = (\n    START\n    if run()\n    else 1.0\n)', [('<module>', 4)], False),
+        (ROBOT + 'robot = Robot()\nrun()', [('<module>', None)], False),
+    ],
+)
+def test_a_reading_is_over_as_the_lines_say(monkeypatch, text, running, is_over):
+    monkeypatch.setattr(node.MEMORY, 'is_over', node.MEMORY.is_over)
+    set_up, names = SetUp(), {}
+    set_up.begin(names, names_of_set_up(ast.parse(text)))
+    lines_of = {'<module>': 0, '__init__': 3, 'run': 1}
+    monkeypatch.setattr(set_up, '_running', lambda: [((name, lines_of[name]), line) for name, line in running])
+    assert node.MEMORY.is_over(names, 'START') is is_over
+    assert not node.MEMORY.is_over({}, 'START')
