@@ -140,6 +140,7 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         told = list(pool.map(lambda name: failure('set', '/stopping/' + name, '0'), ('scale', 'other')))
         raised = 'rosslt set: /stopping raises ZeroDivisionError: float division by zero (stopping.py:'
         assert any(one.startswith(raised) and one.endswith('; taken back') for one in told), told
+        assert node.process.wait(30) == 1
         node.start()
         assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
         assert rosslt('get', '/stopping/other').stdout == '3.0\n'
@@ -151,3 +152,4 @@ def test_two_changes_of_a_main_program_that_waits_for_long(master):
         assert node.read_line() == 'ready'
         results = list(pool.map(lambda value: rosslt('set', '/pausing/scale', value), ('4', '5')))
         assert [one.returncode for one in results] == [0, 0], results
+        node.process.kill()  # a signal would be handled once it has slept

@@ -248,7 +248,7 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
             return f'{taker} at counted.py:{line} takes it at the next start, or when that line runs again'
 
         def said_alone(name, taker, text):
-            taken = said(taker, text).replace(' takes it at the next start', '')
+            taken = said(taker, text).split(' takes')[0]
             return f'{LATE.format(place("/counted", name))}, but for {taken}'
 
         of_both = said('range', 'self.both =')
