@@ -77,11 +77,13 @@ def test_a_literal_and_a_default_are_saved_again_after_the_node_was_killed(maste
             again.stop(signal.SIGKILL)
             # It is changed, killed, and saved only then.
             with Unmodified(tmp_path, 'returning', text) as third:
+                heard.next()  # of this run
                 heard.comes(lambda message: (message.point.x, message.point.y) == (4.0, 9.0))
                 assert save('/returning') == [['/returning/radius', '3.00', '4.00'], ['/returning/~far', '8.0', '9.0']]
                 change('/returning', radius=3.0, far=8.0)
                 third.stop(signal.SIGKILL)
                 with Unmodified(tmp_path, 'returning', third.file.read_text()) as fourth:
+                    heard.next()
                     heard.comes(lambda message: (message.point.x, message.point.y) == (3.0, 8.0))
                     assert save('/returning') == [
                         ['/returning/radius', '4.00', '3.00'],

@@ -38,11 +38,11 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     Raises:
         SourceUnreachable: it does not answer; the message is the reason alone.
     """
-    listed, silent = Directory().ask([node], timeout)
+    answer: Message = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
+    listed, silent = Directory().ask([node], timeout)  # afterwards, so that each edit has its name in a node that starts
     if node not in listed:
         raise SourceUnreachable(silent[node], silent)
     places = listed[node]
-    answer: Message = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
     edits, unsaved = _in_sources(answer, places)
     history: Message = _call(node, 'get_history', srv.GetHistory, srv.GetHistoryRequest(), timeout)
     in_files, others = _in_parameter_files(history, places, answer.read_ids)
