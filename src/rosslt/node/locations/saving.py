@@ -39,7 +39,8 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
         SourceUnreachable: it does not answer; the message is the reason alone.
     """
     answer: Message = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
-    listed, silent = Directory().ask([node], timeout)  # afterwards, so that each edit has its name in a node that starts
+    # Its locations are asked for afterwards, so that each edit has its name, also if the node is just starting.
+    listed, silent = Directory().ask([node], timeout)
     if node not in listed:
         raise SourceUnreachable(silent[node], silent)
     places = listed[node]
