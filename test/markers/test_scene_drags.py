@@ -338,16 +338,21 @@ def target(number):
     return lambda first: values.track(first, A) + number * values.track(3.0, B)
 
 
-def test_a_hand_keeps_what_it_has_of_targets_of_the_same_numbers(asked, present):
-    """Of each change, one message shows it."""
-    scene = Scene(Settings())
-    notes = Notes(scene)
+def drag_of_the_first(scene, present, asked):
+    """A hand has moved the first target from 4 to 5, and its node goes on to the second; gives that, and the drags."""
     node_of_it = Node(scene, present, target(1))
     drags = Drags(scene, Rules(), str)
     assert drags.move('/boxes::0', 'world', at(4.0))
     assert drags.move('/boxes::0', 'world', at(5.0))
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
     node_of_it.compute = target(2)
+    return node_of_it, drags
+
+
+def test_a_hand_keeps_what_it_has_of_targets_of_the_same_numbers(asked, present):
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    node_of_it, drags = drag_of_the_first(scene, present, asked)
     assert drags.move('/boxes::0', 'world', at(5.5))
     node_of_it.shows_until(lambda: asked[-1] == {A: 2.5}, 'the hand to go on with what it has')
     assert {one[A] for one in asked} <= {1.0, 2.0, 2.5}
@@ -386,13 +391,7 @@ def test_a_hand_takes_the_target_it_saw_of_the_same_numbers(asked):
 
 def test_a_drop_is_not_solved_again_for_the_next_target(asked, present, monkeypatch):
     monkeypatch.setattr(closed_loop, 'LOOK', 0.05)
-    scene = Scene(Settings())
-    node_of_it = Node(scene, present, target(1))
-    drags = Drags(scene, Rules(), str)
-    assert drags.move('/boxes::0', 'world', at(4.0))
-    assert drags.move('/boxes::0', 'world', at(5.0))
-    wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
-    node_of_it.compute = target(2)
+    node_of_it, drags = drag_of_the_first(Scene(Settings()), present, asked)
     node_of_it.shows_until(lambda: len(asked) > 2, 'the hand to go on with what it has')
     assert drags.release('/boxes::0', 'world', at(5.0))
     node_of_it.shows_until(lambda: not drags._drops and not drags._over, 'the drop to be judged')
