@@ -260,6 +260,73 @@ def test_a_body_that_no_change_moves_leaves_the_mouse_to_what_is_behind(count, f
     assert view.server.markers['/topic:box:0'].menu_entries
 
 
+def robot(x):
+    """A robot where its node says, with a height and a size that take changes."""
+    result = marker('robot')
+    result.pose.position.x, result.pose.position.z = x, tracked(0.1, 100)
+    result.scale.x = tracked(0.2, 102)
+    return result
+
+
+@pytest.mark.parametrize('count', [1, FEW])
+@pytest.mark.parametrize('place', [float, fixed], ids=['plain', 'fixed'])
+def test_what_its_node_moves_leaves_the_mouse_to_the_goal_it_has_come_to(count, place):
+    """Its height and its sizes can be changed, but what people press on it for is what lies under it."""
+    view = View()
+    view.take(robot(place(1.0)), *cubes(count))
+    assert 'robot:0' in view.names(), 'a thing that stands where it stood, as a lamp'
+    view.take(robot(place(1.5)))
+    assert not [name for name in view.names() if 'robot' in name]
+    view.take(robot(place(1.5)))
+    assert not [name for name in view.names() if 'robot' in name], 'also after it has arrived'
+
+
+def test_what_its_node_moves_is_drawn_but_not_grabbed_where_rviz_does_not_show_it():
+    view = View()
+    for x in (1.0, 1.5):
+        view.take(robot(x), is_shown=False)
+    assert set(view.controls('robot:0')) == {'body'}
+    assert view.controls('robot:0')['body'].interaction_mode == InteractiveMarkerControl.NONE
+    assert view.names() == {'robot:0'}
+
+
+def test_what_its_node_moves_has_its_handles_if_all_are_shown():
+    view = View(shows_all=True)
+    for x in (1.0, 1.5):
+        view.take(robot(x), *cubes(FEW))
+    assert {'robot:0', 'robot:0:scale.x'} <= view.names()
+    assert set(view.controls('robot:0')) == {'body', 'move_z'}
+    view.selection.shows_all = False
+    view.display.apply()
+    assert not [name for name in view.names() if 'robot' in name]
+
+
+def test_what_its_node_moves_keeps_a_way_sideways_and_a_ring():
+    view = View()
+    sensor, drawer = marker('sensor'), marker('drawer')
+    for x in (1.0, 1.5):
+        sensor.pose.position.x = drawer.pose.position.x = x
+        sensor.pose.orientation.z, drawer.pose.position.y = tracked(0.3, 102), tracked(0.2, 104)
+        view.take(sensor, drawer, *cubes(FEW))
+    assert view.controls('sensor:0')['body'].interaction_mode == InteractiveMarkerControl.BUTTON
+    assert view.controls('drawer:0')['body'].interaction_mode == InteractiveMarkerControl.MOVE_AXIS
+
+
+def test_what_was_dragged_sideways_keeps_its_handles_as_long_as_it_can_be():
+    """A new thing of its name has not moved yet."""
+    view = View()
+    for x in (1.0, 1.5):
+        view.take(robot(tracked(x, 104)), *cubes(FEW))
+    assert 'robot:0' in view.names()
+    view.take(robot(1.5))
+    assert 'robot:0' not in view.names()
+    gone = marker('robot')
+    gone.action = Marker.DELETE
+    view.take(gone)
+    view.take(robot(1.5))
+    assert 'robot:0' in view.names()
+
+
 def test_a_body_is_a_button_as_long_as_something_of_its_thing_can_move():
     box = marker('box')
     box.pose.position.x, box.scale.x = fixed(1.0), fixed(0.2)

@@ -127,6 +127,9 @@ class Follower:
                     self._motions.pop(name, None)
                     self._differ.update(self.selection.drop(gone))
             else:
+                before = self._wanted.get(name)
+                if before is not None:
+                    self._differ.update(self.selection.note_place(before, handle))
                 self._wanted[name] = handle
         self._differ.update(news.handles)
         for name in news.let_go & self._shown.keys():
