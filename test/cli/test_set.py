@@ -146,6 +146,19 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         assert rosslt('get', '/stopping/other').stdout == '3.0\n'
 
 
+def test_what_else_is_taken_back_with_a_change_is_named(master):
+    code = 'import rosslt.node.location_server as owner\nowner.SUSPECT = 600.0\n' + dedent(HALTING)
+    with Node('ceasing', code.replace('1.0 / scale', "1.0 / scale / rosslt.location(3.0, name='other')")) as node:
+        assert node.read_line() == 'ready'
+        wait_until(lambda: '/ceasing/other' in rosslt('list', '/ceasing').stdout, 'it goes round')
+        assert rosslt('set', '/ceasing/other', '4').returncode == 0
+        told = failure('set', '/ceasing/scale', '0')
+        assert told.endswith(', which ends the node and takes back other 3.0 -> 4.0, too; taken back'), told
+        assert node.process.wait(30) == 1
+        node.start()
+        assert rosslt('get', '/ceasing/other').stdout == '3.0\n'
+
+
 def test_two_changes_of_a_main_program_that_waits_for_long(master):
     code = HALTING.replace('0.05', '1000')
     with Node('pausing', code) as node, ThreadPoolExecutor(2) as pool:

@@ -49,7 +49,7 @@ def test_another_one_takes_over_when_the_first_one_ends(waiting, end):
     with Node('slt_visualization', FIRST) as first:
         other = waiting()
         told = other.stderr.readline()
-        assert 'takes over when it ends' in told
+        assert 'takes over when it ends, with its own settings' in told
         assert f'/slt_visualization runs already, in process {first.process.pid} (`' in told
         assert waiting('__name:=something_else').communicate(timeout=60)[0] == 'it is my turn\n'
         assert other.poll() is None

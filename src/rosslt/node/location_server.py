@@ -18,7 +18,7 @@ from rosslt.node import reconfigure
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change import locks
 from rosslt.node.change.commit_participant import ABORTED, APPLIED, UNKNOWN, CommitParticipant
-from rosslt.node.change.fault_localization import described_error, locations_read
+from rosslt.node.change.fault_localization import described_error, locations_read, with_effects
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
@@ -280,7 +280,8 @@ class Owner:
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             if what_ends in (CALLBACK_RAISES, ENDS):  # what `outcome_of` waits for
-                request.raised = f'{raised}, which ends the node' if what_ends == ENDS else raised
+                others = [other.changes for other in suspects if other is not request]
+                request.raised = with_effects(raised, what_ends == ENDS, others)
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )

@@ -33,7 +33,8 @@ def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None
         if not is_told:
             where = node.where_it_runs(name) or 'a process that does not answer any more'
             print(
-                f'{name} runs already, in {where}: this one takes over when it ends. `rosnode kill {name}` ends it',
+                f'{name} runs already, in {where}: this one takes over when it ends, with its own settings. '
+                f'`rosnode kill {name}` ends it',
                 file=sys.stderr,
                 flush=True,
             )

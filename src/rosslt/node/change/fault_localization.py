@@ -6,7 +6,7 @@ import itertools
 import linecache
 import os
 import types
-from typing import Any, Callable, Collection, Dict, Iterator, Mapping, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, Iterator, Mapping, Set, Tuple
 
 from rosslt import values
 from rosslt.messages import Scalar
@@ -60,6 +60,18 @@ def described_error(
     which = 'which also reads what was changed before: ' if read else 'changed before: '
     told = f', {which}{", ".join([*texts[:MOST_NAMED], *more])}' if texts else ''
     return f'{type(error).__name__}: {error} ({os.path.basename(file)}:{line}{told})'
+
+
+def with_effects(described: str, ends_node: bool, others: Iterable[Mapping[Location, Tuple[Scalar, Scalar]]]) -> str:
+    """An exception in one line, with what it does besides taking back the change that somebody is told of.
+
+    Args:
+        described: as `described_error` gives it.
+        others: {location: (value before, value after)} of each other request that is taken back.
+    """
+    gone = [f'{one.name} {old!r} -> {new!r}' for changes in others for one, (old, new) in changes.items()]
+    effects = [*(['ends the node'] if ends_node else []), *([f'takes back {", ".join(gone)}, too'] if gone else [])]
+    return f'{described}, which {" and ".join(effects)}' if effects else described
 
 
 def _read_in(frame: types.FrameType, line: int) -> Iterator[Any]:
