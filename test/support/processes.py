@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -11,6 +12,7 @@ import tempfile
 import textwrap
 import time
 import xmlrpc.client
+from pathlib import Path
 
 import rosgraph
 import rosnode
@@ -132,21 +134,43 @@ class Node:
         self.stop()
 
 
+class PortTaken(Exception):
+    """Another master has come to the port of one that was to start."""
+
+
+def unassigned_port():
+    """A free port that the system gives to nobody who asks for any, as nodes do: they would answer for a master."""
+    lowest_assigned = int(Path('/proc/sys/net/ipv4/ip_local_port_range').read_text().split()[0])
+    while True:
+        with socket.socket() as free, contextlib.suppress(OSError):
+            free.bind(('localhost', random.randrange(lowest_assigned // 2, lowest_assigned)))
+            return free.getsockname()[1]
+
+
 class Master:
     """A ROS master in a process of its own, on a port of its own."""
 
     def __init__(self):
-        with socket.socket() as free:
-            free.bind(('localhost', 0))
-            self.port = free.getsockname()[1]
-        self.uri = 'http://localhost:{}'.format(self.port)
-        self.start()
+        started = False
+        while not started:
+            self.port = unassigned_port()
+            self.uri = 'http://localhost:{}'.format(self.port)
+            with contextlib.suppress(PortTaken):
+                self.start()
+                started = True
 
     def start(self):
         self.process = subprocess.Popen(
             ['rosmaster', '--core', '-p', str(self.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
-        wait_until(lambda: rosgraph.is_master_online(self.uri), 'the master answers', 60.0)
+        wait_until(self._answers, 'the master answers', 60.0)
+
+    def _answers(self):
+        answering = node_pid(self.uri)
+        if answering not in (None, self.process.pid):
+            self.kill()
+            raise PortTaken(self.uri)
+        return answering is not None
 
     def kill(self):
         self.process.kill()
