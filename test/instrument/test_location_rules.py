@@ -136,11 +136,42 @@ def test_an_int_that_a_counter_is_compared_with_stays_whole(step):
         ('class B(A):\n    def __init__(self):\n        super().__init__()\nB()', False),
         ("A()\nvars()['A']()", False),
         ('', False),
+        ('left, right = A(), A()', True),
+        ('class B:\n    def build(self):\n        A()\nB().build()', True),
+        ('def f():\n    A()\ndef f():\n    A()\nf()', True),
+        ('A()\nmarker.type = Marker.CUBE', True),
+        ('class B(smach.State):\n    def __init__(self):\n        smach.State.__init__(self)\nB()\nA()', True),
+        ('class B(Base):\n    def __init__(self):\n        A()\nB()', False),
+        ('class B(metaclass=Known):\n    def __init__(self):\n        A()\nB()', False),
+        ('@known\nclass B:\n    def __init__(self):\n        A()\nB()', False),
+        ('class B(Thread):\n    def run(self):\n        A()\nB().run()', False),
+        ('class B:\n    def __call__(self):\n        A()\nb = B()\nb.__call__()\nlisten(b)', False),
+        ('[A() for _ in range(n)]', False),
+        ('def f():\n    A()\n    yield\ng = f()', False),
+        ('async def f():\n    A()\ng = f()', False),
+        ('a = A()\ndef heard(message):\n    a.__init__()', False),
+        ('a = A()\ndef heard(message):\n    type(a)()', False),
+        ('A()\nimport builtins\ndef heard(message):\n    builtins.globals()[message.data]()', False),
     ],
 )
 def test_what_an_init_reads_is_set_up_if_the_program_runs_it_once(use, is_set_up):
     (literal,) = literals_of('class A:\n    def __init__(self):\n        self.x = 0.5\n' + use)
     assert literal.is_set_up == is_set_up
+
+
+@pytest.mark.parametrize(
+    ('text', 'is_read_once'),
+    [
+        ('x = [i + 0.5 for i in y]', True),
+        ('x = sum(i for i in (z, 0.5))', True),
+        ('x = (i + 0.5 for i in y)', False),
+        ('x = (i for i in y if f(i, 0.5))', False),
+        ('x = (i for i in y for z in (i, 0.5))', False),
+    ],
+)
+def test_a_generator_reads_its_numbers_later(text, is_read_once):
+    (literal,) = literals_of(text)
+    assert literal.is_read_once == is_read_once
 
 
 def test_what_several_names_get_is_called_by_the_first():

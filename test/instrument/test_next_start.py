@@ -254,7 +254,7 @@ def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
         of_both = said('range', 'self.both =')
         expected = {
             'SHELVES': said_alone('SHELVES', 'range', 'range(SHELVES'),
-            'EARLY': said('range', 'early ='),
+            'EARLY': said_alone('EARLY', 'range', 'early ='),
             'COLUMNS': said_alone('COLUMNS', 'the length of a list', 'self.row'),
             'ZEROS': said_alone('ZEROS', 'numpy.zeros', 'self.zeros'),
             'GRID': said_alone('GRID', 'numpy.zeros', 'self.grid'),

@@ -31,6 +31,8 @@ def found(text):
         ('x = 1.0 if mode == 2 else 2.0', {'mode': 'if'}),
         ('while len(x) < n: x.append(0)', {'n': 'while'}),
         ('class A:\n    def __init__(self):\n        if mode: f()\nA()', {'mode': 'if'}),
+        ('class A:\n    def run(self):\n        if mode: f()\nA().run()', {'mode': 'if'}),
+        ('x = [1.0 if mode else 2.0 for _ in y]', {'mode': 'if'}),
     ],
 )
 def test_counts_and_decisions_are_found(text, expected):
@@ -51,6 +53,12 @@ def test_counts_and_decisions_are_found(text, expected):
         'import numpy as np\ndef f(np):\n    return np.zeros(n)',
         'if x is y: f()',
         'def f():\n    if mode == 2: g()',
+        'def f():\n    if mode == 2: g()\nx = [f() for _ in y]',
+        'def f():\n    if mode == 2: g()\n    yield\nx = f()',
+        'x = (1.0 if mode else 2.0 for _ in y)',
+        'class A(Thread):\n    def run(self):\n        if mode == 2: g()\nA().run()',
+        '@known\nclass A:\n    def __init__(self):\n        if mode == 2: g()\nA()',
+        'class A:\n    def __init__(self):\n        if mode == 2: g()\na = A()\ndef f(event): type(a)()',
         'while n > 0 and not rospy.is_shutdown():\n    rate.sleep()',
         '@njit\ndef f(n):\n    return [i for i in range(n)]',
     ],

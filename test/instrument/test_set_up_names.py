@@ -245,6 +245,11 @@ ROBOT = 'START = 1.0\nclass Robot:\n    def __init__(self):\n        self.x = ST
         'START: float = 1.0\nclass Limits:\n    most = START',
         'START = 1.0\ndef f(x=START):\n    pass',
         'START = 1.0\nfor x in (START, 2.0):\n    f(x)',
+        'START = 1.0\nx = [START for _ in run()]',
+        'START = 1.0\nx = (i for i in (START, 2.0))',
+        'START = 1.0\nif late:\n    def f():\n        g(START)\nelse:\n    def f():\n        h(START)\nf()',
+        ROBOT + 'Robot()\nmarker.type = Marker.CUBE',
+        ROBOT + 'class Other(smach.State):\n    def __init__(self):\n        smach.State.__init__(self)\nRobot()',
     ],
 )
 def test_these_are_read_once(text):
@@ -269,7 +274,9 @@ def test_these_are_read_once(text):
         ROBOT + 'Robot()\ndef f(event):\n    return globals()["STA" + "RT"]',
         ROBOT + 'Robot()\ndef f(event):\n    return numexpr.evaluate("START + 1")',
         ROBOT + 'import sys\nRobot()\ndef f(event):\n    return sys.modules[__name__].START',
-        'START = 1.0\nx = [START for _ in run()]',
+        'START = 1.0\nx = (START for _ in run())',
+        ROBOT + 'x = [Robot() for _ in run()]',
+        ROBOT + 'Robot()\nimport builtins\ndef f(event):\n    return builtins.globals()["STA" + "RT"]',
         'START = 1.0\ndef f():\n    yield START\ng = f()',
         'START = 1.0\nasync def f():\n    return START\ng = f()',
         'START = 1.0\ndef f(event):\n    global START\n    START += 1',
@@ -301,6 +308,8 @@ def test_a_module_that_gets_at_others_is_told_apart():
         ('START = 1.0\ntry:\n    run()\nfinally:\n    f(START)', [('<module>', 3)], False),
         ('START = 1.0\nx = (\n    START\n    if run()\n    else 1.0\n)', [('<module>', 4)], False),
         (ROBOT + 'robot = Robot()\nrun()', [('<module>', None)], False),
+        ('START = 1.0\nx = [START for _ in run()]', [('<module>', 2), ('run', 1)], False),
+        ('START = 1.0\nx = [START for _ in run()]\nrun()', [('<module>', 3), ('run', 1)], True),
     ],
 )
 def test_a_reading_is_over_as_the_lines_say(monkeypatch, text, running, is_over):

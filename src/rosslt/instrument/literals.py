@@ -10,7 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from rosslt import files, node
 from rosslt.instrument.literal_names import literal_names
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
-from rosslt.instrument.run_once import functions_run_once, repeated_parts
+from rosslt.instrument.set_up_names import code_run_once
 from rosslt.instrument.states import States
 from rosslt.instrument.tables import rows_of_literals
 
@@ -38,7 +38,7 @@ class Literal(NamedTuple):
         is_read_once: whether it is read when its file is loaded, and never again.
         row: the row of a table that it is in, as of `tables.rows_of_literals`; '' if it is in none.
         is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of
-            `functions_run_once`.
+            `code_run_once`.
     """
 
     file: str
@@ -94,9 +94,7 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
         limits = limits_at.get(judgement.node.lineno)
         if judgement.rule.verdict != PLAIN and limits != 'skip':
             found.append((judgement, limits or (None, None)))
-    repeated = repeated_parts(tree)
-    once = functions_run_once(tree, repeated)
-    set_up = {part for function, run in once if function.name == '__init__' for part in run}
+    once_in = {part: place.code[0] for part, place in code_run_once(tree)[0].items()}
     rows = rows_of_literals(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
     names = literal_names(tree, [(judgement.node, judgement.name) for judgement, _ in found])
@@ -117,9 +115,9 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                 name,
                 minimum,
                 maximum,
-                id(judgement.node) not in repeated,
+                once_in.get(id(judgement.node)) == '<module>',
                 rows.get(id(judgement.node), ''),
-                id(judgement.node) in set_up,
+                once_in.get(id(judgement.node)) == '__init__',
             ),
         )
         for (judgement, (minimum, maximum)), identity, name in zip(found, identities, names)

@@ -96,7 +96,7 @@ _REWRITING = (
     *(
         f'instrument/{name}'
         for name in (
-            *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'plain_readings', 'run_once'),
+            *('callees', 'lifetimes', 'literal_names', 'literals', 'location_rules', 'plain_readings'),
             *('set_up_names', 'signatures', 'states', 'tables', 'tree_rewriting'),
         )
     ),

@@ -11,7 +11,7 @@ from typing import Collection, Dict, Iterator, List, Set, Tuple
 
 from rosslt.instrument.callees import STRICT_DECORATORS
 from rosslt.instrument.lifetimes import FUNCTIONS, is_endless
-from rosslt.instrument.run_once import functions_run_once, repeated_parts
+from rosslt.instrument.set_up_names import code_run_once
 from rosslt.instrument.states import dotted
 
 #: Functions of other packages that take counts: the first and the last of their arguments that are, and their keywords.
@@ -43,7 +43,7 @@ def plain_readings(tree: ast.Module, bound: Collection[str]) -> Dict[int, str]:
         tree: of the program.
         bound: the names that the program itself gives a meaning.
     """
-    once = _run_once(tree)
+    once, _ = code_run_once(tree)
     origins = _origins(tree)
     if 'range' not in bound and '*' not in bound:
         origins['range'] = 'range'
@@ -65,12 +65,6 @@ def plain_readings(tree: ast.Module, bound: Collection[str]) -> Dict[int, str]:
     for part in (part for function in strict for part in ast.walk(function)):
         found.pop(id(part), None)
     return found
-
-
-def _run_once(tree: ast.Module) -> Set[int]:
-    repeated = repeated_parts(tree)
-    once = {id(node) for node in ast.walk(tree)} - repeated
-    return once.union(*(run for _, run in functions_run_once(tree, repeated)))
 
 
 def _origins(tree: ast.AST) -> Dict[str, str]:

@@ -1,4 +1,5 @@
-"""Which names of a program's module are read in its set-up alone, and whether each of those readings is over.
+"""What of a program runs once, as its text says; which names of its module are read there alone, and whether each of
+those readings is over.
 
     START_X = -1.0                            class Robot:
     robot = Robot()                               def __init__(self):
@@ -9,22 +10,27 @@ The module holds the number of `START_X` for as long as the node runs, but nobod
 """
 
 import ast
+import builtins
 import itertools
 import re
 import sys
 import threading
 import types
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 from rosslt import node
 from rosslt.instrument.lifetimes import FUNCTIONS
+from rosslt.instrument.states import dotted
 
 #: A function by its name and its line, as its code object has them.
 Code = Tuple[str, int]
 _MODULE: Code = ('<module>', 0)
 
 #: By these, code gets at a module that it does not name.
-_MODULES = {'__main__', '__import__', 'import_module', 'modules', 'getmodule', '__globals__', 'f_globals'}
+_MODULES = {
+    *('__main__', '__import__', 'import_module', 'modules', 'getmodule', '__globals__', 'f_globals'),
+    *('builtins', '__builtins__'),
+}
 #: By these, it gets at variables, functions and classes that it does not name.
 _INDIRECT = {*_MODULES, 'globals', 'locals', 'vars', 'eval', 'exec', 'type', 'cls', '__class__', '__subclasses__'}
 
@@ -51,23 +57,56 @@ class Place(NamedTuple):
 Way = Tuple[Place, ...]
 
 
+def code_run_once(tree: ast.Module) -> Tuple[Dict[int, Place], Dict[Code, List[Way]]]:
+    """({id of a node: its place}, {function: the ways to it}) of what runs once, or once for each of several calls.
+
+    That is the module itself, and the functions of which each mention is a call in such code. There are no ways to what
+    others may run again, as a method of an object that they are given, or to what is called twice in one statement.
+    """
+    places = dict(_places(tree.body, _MODULE))
+    nodes = list(ast.walk(tree))
+    bases = {dotted(base) or '' for one in nodes if isinstance(one, ast.ClassDef) for base in one.bases}
+    if not _INDIRECT.isdisjoint(_mentioned(tree)) or any(_initializes_again(one, bases) for one in nodes):
+        return places, {}
+    mentions: Dict[str, List[ast.AST]] = {}
+    for one in nodes:
+        name = getattr(one, 'id', getattr(one, 'attr', getattr(one, 'value', None)))
+        if isinstance(one, (ast.Name, ast.Attribute, ast.Constant)) and isinstance(name, str):
+            mentions.setdefault(name, []).append(one)
+    several = {id(part) for one in nodes if isinstance(one, _COMPREHENSIONS) for part in ast.walk(one)}
+    called = {id(one.func) for one in nodes if isinstance(one, ast.Call)} - several
+    next_methods = dict(_next_methods(tree))
+    ways: Dict[Code, List[Way]] = {_MODULE: [()]}
+    waiting = _functions(tree)
+    while True:
+        once = called & places.keys()
+        begun = [name for name in waiting if name in mentions and {id(one) for one in mentions[name]} <= once]
+        if not begun:
+            return places, ways
+        for name in begun:
+            calls = [places[id(one)]._replace(then=next_methods.get(id(one), '')) for one in mentions[name]]
+            is_apart = not any(_overlap(one, other) for one, other in itertools.combinations(calls, 2))
+            for function, is_method in waiting.pop(name):
+                code = function.name, function.lineno
+                places.update(_places(function.body, code))
+                if is_apart and not is_method and all(call.code in ways for call in calls):
+                    ways[code] = [(*way, call) for call in calls for way in ways[call.code]]
+
+
 def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
     """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once."""
-    if not _INDIRECT.isdisjoint(_mentioned(tree)) or any(map(_initializes_again, ast.walk(tree))):
-        return {}
-    places = dict(_places(tree.body, _MODULE))
+    places, ways = code_run_once(tree)
     bound = {
         one.id
         for one in ast.walk(tree)
         if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store) and id(one) in places
     }
-    ways = _follow_calls(tree, places)
     unknown = {word for one in _texts(tree) for word in re.findall(r'\w+', one)}
     unknown.update(one.attr for one in ast.walk(tree) if isinstance(one, ast.Attribute))
     found: Dict[str, List[Way]] = {}
     for one in _readings(tree):
         place = places.get(id(one))
-        if place is None:
+        if place is None or place.code not in ways:
             unknown.add(one.id)
         else:
             found.setdefault(one.id, []).extend((*way, place) for way in ways[place.code])
@@ -91,17 +130,18 @@ def _mentioned(tree: ast.AST) -> Iterator[str]:
     for one in ast.walk(tree):
         if isinstance(one, ast.Name):
             yield one.id
-        elif isinstance(one, ast.Attribute):
+        elif isinstance(one, ast.Attribute) and one.attr not in vars(builtins):
             yield one.attr
         elif isinstance(one, (ast.alias, ast.ImportFrom)):
             yield from (getattr(one, 'name', None) or getattr(one, 'module', None) or '').split('.')
 
 
-def _initializes_again(one: ast.AST) -> bool:
+def _initializes_again(one: ast.AST, bases: Set[str]) -> bool:
     """Return whether an expression may call the `__init__` of an object that there is: `self.__init__()`."""
     return (
         isinstance(one, ast.Attribute)
         and one.attr == '__init__'
+        and dotted(one.value) not in bases
         and not (isinstance(one.value, ast.Call) and getattr(one.value.func, 'id', '') == 'super')
     )
 
@@ -116,6 +156,7 @@ def _texts(tree: ast.AST) -> Iterator[str]:
 
 def _places(body: List[ast.stmt], code: Code) -> Iterator[Tuple[int, Place]]:
     """(id of a node, its place) of what runs once if the statements of a function run once."""
+    again = {id(part) for one in body for inner in ast.walk(one) for part in _repeated(inner)}
     waiting: List[Tuple[ast.AST, Place]] = [(one, Place(code, 0, 0)) for one in body]
     while waiting:
         one, place = waiting.pop()
@@ -126,7 +167,6 @@ def _places(body: List[ast.stmt], code: Code) -> Iterator[Tuple[int, Place]]:
         elif isinstance(one, ast.stmt):
             place = Place(code, one.lineno, one.end_lineno or one.lineno)
         yield id(one), place
-        again = {id(part) for part in _repeated(one)}
         waiting += [(part, place) for part in ast.iter_child_nodes(one) if id(part) not in again]
 
 
@@ -143,59 +183,30 @@ def _repeated(one: ast.AST) -> Iterator[ast.AST]:
         yield from one.body
     elif isinstance(one, (*FUNCTIONS[:2], ast.For)):
         yield from one.body
-    elif isinstance(one, _COMPREHENSIONS):
-        yield from ast.iter_child_nodes(one)
+    elif isinstance(one, ast.GeneratorExp):
+        yield one.elt
+        yield from one.generators[0].ifs
+        yield from one.generators[1:]
 
 
-def _follow_calls(tree: ast.Module, places: Dict[int, Place]) -> Dict[Code, List[Way]]:
-    """The ways to all functions that are known to run once for each way; adds the places in them."""
-    mentions: Dict[str, List[ast.AST]] = {}
-    for one in ast.walk(tree):
-        name = getattr(one, 'id', getattr(one, 'attr', getattr(one, 'value', None)))
-        if isinstance(one, (ast.Name, ast.Attribute, ast.Constant)) and isinstance(name, str):
-            mentions.setdefault(name, []).append(one)
-    called = {id(one.func) for one in ast.walk(tree) if isinstance(one, ast.Call) and isinstance(one.func, ast.Name)}
-    next_methods = dict(_next_methods(tree))
-    ways: Dict[Code, List[Way]] = {_MODULE: [()]}
-    waiting = _functions(tree)
-    while True:
-        once = called & places.keys()
-        begun = [name for name in waiting if name in mentions and {id(one) for one in mentions[name]} <= once]
-        if not begun:
-            return ways
-        for name in begun:
-            function = waiting.pop(name)
-            calls = [places[id(one)]._replace(then=next_methods.get(id(one), '')) for one in mentions[name]]
-            if not any(_overlap(one, other) for one, other in itertools.combinations(calls, 2)):
-                code = function.name, function.lineno
-                ways[code] = [(*way, call) for call in calls for way in ways[call.code]]
-                places.update(_places(function.body, code))
-
-
-def _functions(tree: ast.Module) -> Dict[str, Any]:
-    """{name: the function, or the `__init__` of a class} of what nobody calls but by that name.
+def _functions(tree: ast.Module) -> Dict[str, List[Tuple[Any, bool]]]:
+    """{name: (a function, or the `__init__` of a class; whether it is another method) of what is called by it alone}.
 
     A base class, a metaclass or a decorator may call it, too; a generator runs later than it is called.
     """
-    methods = {id(part) for one in ast.walk(tree) if isinstance(one, ast.ClassDef) for part in one.body}
-    found: Dict[str, List[Any]] = {}
+    owners = {id(part): one for one in ast.walk(tree) if isinstance(one, ast.ClassDef) for part in one.body}
+    found: Dict[str, List[Tuple[Any, bool]]] = {}
     for one in ast.walk(tree):
-        if isinstance(one, ast.ClassDef):
-            is_plain = not one.keywords and all(getattr(base, 'id', '') == 'object' for base in one.bases)
-            made: List[Any] = [part for part in one.body if getattr(part, 'name', '') == '__init__']
-            found.setdefault(one.name, []).append(made[0] if len(made) == 1 and is_plain and _is_plain(one) else None)
-        elif isinstance(one, FUNCTIONS[:2]) and id(one) not in methods:
-            found.setdefault(one.name, []).append(one)
-    return {
-        name: one
-        for name, (one, *others) in found.items()
-        if not others and isinstance(one, ast.FunctionDef) and _is_plain(one)
-        if not any(isinstance(part, _SUSPENDING) for part in ast.walk(one))
-    }
-
-
-def _is_plain(one: Any) -> bool:
-    return not one.decorator_list
+        owner: Any = owners.get(id(one))
+        name = owner.name if owner and getattr(one, 'name', '') == '__init__' else getattr(one, 'name', '')
+        if (
+            isinstance(one, ast.FunctionDef)
+            and not (one.decorator_list or name[:2] == name[-2:] == '__')
+            and not (owner and (owner.decorator_list or owner.keywords or {*map(dotted, owner.bases)} - {'object'}))
+            and not any(isinstance(part, _SUSPENDING) for part in ast.walk(one))
+        ):
+            found.setdefault(name, []).append((one, bool(owner) and name == one.name))
+    return found
 
 
 def _overlap(one: Place, other: Place) -> bool:
