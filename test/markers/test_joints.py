@@ -4,15 +4,16 @@ import math
 
 import pytest
 from sensor_msgs.msg import JointState
+from visualization_msgs.msg import Marker
 
 from rosslt import values
-from rosslt.markers.drags import changes
+from rosslt.markers.drags import changes, joint_limits
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.geometry import normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene import joints
-from rosslt.markers.scene.handle import Settings
+from rosslt.markers.scene.handle import BODY, POINTS, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.node.change import change_request
 from support.processes import wait_until
@@ -46,6 +47,43 @@ def describe(monkeypatch, parameters):
     joints._description_for.cache_clear()
     monkeypatch.setattr(joints.rospy, 'has_param', parameters.__contains__)
     monkeypatch.setattr(joints.rospy, 'get_param_cached', parameters.get)
+
+
+ARM = """
+<robot name="arm">
+  <link name="world"/><link name="lamp"/>
+  <link name="hand"><visual><geometry><sphere radius="0.1"/></geometry></visual></link>
+  <link name="fore">
+    <visual>
+      <origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/>
+      <geometry><cylinder radius="0.05" length="0.4"/></geometry><material name="red"/>
+    </visual>
+    <visual><origin xyz="0.75 0 0.2"/><geometry><mesh filename="package://arm/fore.stl"/></geometry></visual>
+  </link>
+  <material name="red"><color rgba="1 0 0 1"/></material>
+  <joint name="mast" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 1"/></joint>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><axis xyz="0 0 1"/><limit lower="-2" upper="2"/>
+  </joint>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="fore"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/><limit lower="0" upper="2"/>
+  </joint>
+  <joint name="flange" type="fixed"><parent link="fore"/><child link="flange"/><origin xyz="1 0 0"/></joint>
+  <joint name="grasp" type="fixed"><parent link="flange"/><child link="hand"/><axis xyz="0 0 0"/></joint>
+  <joint name="finger" type="prismatic">
+    <parent link="hand"/><child link="tip"/><origin xyz="0.1 0 0"/><axis xyz="0 1 0"/><limit lower="0" upper="0.1"/>
+    <mimic joint="elbow" multiplier="0.02" offset="0.01"/>
+  </joint>
+  <joint name="bulb" type="fixed"><parent link="base"/><child link="lamp"/></joint>
+</robot>
+"""
+
+
+LAMP = """
+<link name="lamp">
+  <visual><origin xyz="0 0 0.5"/><geometry><box size="0.1 0.1 0.1"/></geometry></visual>
+</link>
+"""
 
 
 @pytest.fixture
@@ -162,7 +200,7 @@ def test_the_robot_is_that_of_the_namespace_of_the_topic(monkeypatch):
     scene = Scene(Settings())
     for topic in ('/left/arm/joint_states', '/right/arm/joint_states'):
         scene_of('tower', 0.3, topic, scene)
-    assert list(scene.names()) == ['/left/arm/joint_states:tower']
+    assert [name for name in scene.names() if 'link' not in name] == ['/left/arm/joint_states:tower']
 
 
 def test_joints_without_a_description_have_no_handle(monkeypatch):
@@ -181,3 +219,177 @@ def test_a_description_that_cannot_be_read_is_named_in_the_log(monkeypatch):
     describe(monkeypatch, {'/robot_description': '<robot>'})
     assert not scene_of('tower', 0.3).names()
     assert logged[0].startswith('/robot_description cannot be read: ')
+
+
+@pytest.fixture
+def arm(monkeypatch):
+    describe(monkeypatch, {'/robot_description': ARM})
+
+
+def source(number):
+    return values.Source('/owner', number)
+
+
+def pose_of(**positions):
+    """The scene with an arm, whose joints have these positions."""
+    scene, message = Scene(Settings()), JointState(name=list(positions), position=list(positions.values()))
+    message._connection_header = {'callerid': '/owner'}
+    scene.take('/joint_states', message, is_shown=True)
+    return {name[len('/joint_states:') :]: scene.handle(name) for name in scene.names()}
+
+
+def standing(shoulder=0.5, elbow=1.0):
+    return {'shoulder': values.track(shoulder, source(1)), 'elbow': values.track(elbow, source(2))}
+
+
+def planned(monkeypatch, handle, pose, bounds=None, **moved):
+    """{number of a source: its value} of a drag to a pose."""
+    monkeypatch.setattr(
+        changes.node, 'limits', lambda sources, timeout: {'bounds': dict(bounds or {}), 'read_only': []}
+    )
+    tracked, targets = handle.wanted(pose, **{'moved': False, 'turned': False, **moved})
+    plan = changes.plan(tracked, targets, limited=handle.limits)
+    joint_limits.check(handle.limits, plan.after)
+    return {one.location_id: value for one, value in plan.after.items()}, plan
+
+
+def moved_to(handle, x, y, z):
+    return (x, y, z, *handle.pose[3:])
+
+
+def test_joints_and_links_with_a_shape_or_at_an_end_have_handles(arm):
+    handles = pose_of(**standing())
+    assert set(handles) == {'shoulder', 'elbow', 'finger', 'link fore', 'link hand', 'link tip'}
+    hand = handles['link hand']
+    place = math.cos(0.5) + math.cos(1.5), math.sin(0.5) + math.sin(1.5), 1.0
+    assert (hand.frame, hand.pose[:3]) == ('world', pytest.approx(place))
+    assert hand.pose[3:] == pytest.approx((0.0, 0.0, math.sin(0.75), math.cos(0.75)))
+
+
+def test_a_link_is_grabbed_in_the_middle_of_its_shapes(arm):
+    fore = pose_of(**standing(elbow=0.0))['link fore']
+    middle = (1.5 * math.cos(0.5), 1.5 * math.sin(0.5), 1.1)
+    assert fore.pose[:3] == pytest.approx(middle)
+    cylinder, mesh = fore.shapes()
+    assert (cylinder.type, mesh.type) == (Marker.CYLINDER, Marker.MESH_RESOURCE)
+    assert mesh.mesh_resource == 'package://arm/fore.stl'
+    assert (cylinder.pose.position.x, cylinder.pose.position.z) == pytest.approx((-0.25, -0.1))
+    assert (cylinder.pose.orientation.y, cylinder.pose.orientation.w) == pytest.approx((0.5**0.5, 0.5**0.5))
+    assert (cylinder.color.r, cylinder.color.g) == (1.0, 0.0)
+    assert cylinder.scale.z > 0.4, 'larger than what it covers'
+    assert cylinder.color.a < 0.5
+
+
+def test_the_ring_of_a_joint_is_a_part_of_its_link_if_that_has_a_handle(arm):
+    handles = pose_of(**standing())
+    assert (handles['elbow'].thing, handles['elbow'].level) == (handles['link fore'].name, POINTS)
+    assert (handles['shoulder'].thing, handles['shoulder'].level) == (handles['shoulder'].name, BODY)
+    assert (handles['finger'].thing, handles['finger'].level) == (handles['finger'].name, BODY)
+
+
+def test_a_hand_that_is_pulled_moves_the_joints_before_it(arm, monkeypatch):
+    hand = pose_of(**standing())['link hand']
+    after, plan = planned(monkeypatch, hand, moved_to(hand, 1.0, 1.2, 1.0), moved=True)
+    assert plan.is_exact
+    shoulder, elbow = after[1], after[2]
+    assert math.cos(shoulder) + math.cos(shoulder + elbow) == pytest.approx(1.0)
+    assert math.sin(shoulder) + math.sin(shoulder + elbow) == pytest.approx(1.2)
+
+
+def test_a_hand_that_is_turned_turns_the_joints_before_it(arm, monkeypatch):
+    hand = pose_of(**standing())['link hand']
+    pose = (*hand.pose[:3], 0.0, 0.0, math.sin(0.85), math.cos(0.85))
+    after, plan = planned(monkeypatch, hand, pose, turned=True)
+    assert plan.is_exact
+    assert after.get(1, 0.5) + after.get(2, 1.0) == pytest.approx(1.7)
+
+
+@pytest.mark.parametrize('elbow', [0.0, 1.0], ids=['stretched out', 'bent'])
+def test_a_flat_arm_has_no_way_up_and_one_ring(arm, elbow):
+    handles = pose_of(**standing(elbow=elbow))
+    motions = handles['link hand'].motions(lambda _value: True)
+    assert motions.axes == motions.arrows == (True, True, False)
+    assert [ring.name for ring in motions.rings] == ['z']
+    motions = handles['link fore'].motions(lambda _value: True)
+    assert (motions.axes, motions.rings) == ((True, True, False), ()), 'it has that of its joint'
+
+
+def test_joints_that_take_no_change_move_nothing(arm):
+    def takes(value):
+        return source(1) not in values.sources(value)
+
+    handles = pose_of(**standing())
+    assert not handles['shoulder'].motions(takes).rings
+    assert handles['link hand'].motions(takes).axes == (True, True, False)
+    assert not handles['link hand'].motions(lambda _value: False).are_any
+    plain = pose_of(shoulder=0.5, elbow=standing()['elbow'])
+    assert 'shoulder' not in plain
+    (value,) = plain['link hand'].tracked
+    assert values.sources(value) == [source(2)]
+
+
+def test_a_pull_stops_at_the_limits_of_the_joints(arm, monkeypatch):
+    hand = pose_of(**standing(shoulder=1.8, elbow=0.2))['link hand']
+    bounds = {source(1): (None, 1.9)}
+    after, plan = planned(monkeypatch, hand, moved_to(hand, -2.0, 0.0, 1.0), bounds, moved=True)
+    assert (after[1], plan.is_exact) == (1.9, False)
+    assert 0.0 <= after[2] <= 2.0
+    after, plan = planned(monkeypatch, hand, moved_to(hand, -2.0, 0.0, 1.0), moved=True)
+    assert (after[1], plan.is_exact) == (2.0, False)
+
+
+def test_the_limits_of_a_joint_in_degrees_are_those_of_its_source(arm, monkeypatch):
+    degrees = values.track(100.0, source(1))
+    hand = pose_of(shoulder=degrees * (-math.pi / 180) + 3.0, elbow=0.0)['link hand']
+    after, plan = planned(monkeypatch, hand, moved_to(hand, 2 * math.cos(2.5), 2 * math.sin(2.5), 1.0), moved=True)
+    assert (after, plan.is_exact) == ({1: pytest.approx((3.0 - 2.0) * 180 / math.pi)}, False)
+
+
+def test_a_pull_beyond_limits_that_no_bound_says_is_refused(arm, monkeypatch):
+    both = values.track(1.0, source(1)) + values.track(0.9, source(2))
+    hand = pose_of(shoulder=both, elbow=0.0)['link hand']
+    with pytest.raises(values.NotInvertible, match=r'shoulder would come to 2\.5, beyond its maximum 2\.0'):
+        planned(monkeypatch, hand, moved_to(hand, 2 * math.cos(2.5), 2 * math.sin(2.5), 1.0), moved=True)
+
+
+def test_a_joint_that_is_beyond_its_limits_may_stay_there_in_a_pull(arm, monkeypatch):
+    hand = pose_of(shoulder=standing(shoulder=2.5)['shoulder'], elbow=0.0)['link hand']
+    after, plan = planned(monkeypatch, hand, moved_to(hand, 2 * math.cos(2.6), 2 * math.sin(2.6), 1.0), moved=True)
+    assert (after.get(1, 2.5), plan.is_exact) == (pytest.approx(2.5), False)
+    after, plan = planned(monkeypatch, hand, moved_to(hand, 2 * math.cos(2.3), 2 * math.sin(2.3), 1.0), moved=True)
+    assert (after, plan.is_exact) == ({1: pytest.approx(2.3)}, True)
+
+
+def test_a_message_with_some_joints_has_handles_in_the_frame_of_a_link(arm):
+    handles = pose_of(elbow=standing()['elbow'])
+    assert {name: (handles[name].frame, handles[name].pose[:3]) for name in ('elbow', 'link hand')} == {
+        'elbow': ('upper', pytest.approx((1.0, 0.0, 0.0))),
+        'link hand': ('upper', pytest.approx((1.0 + math.cos(1.0), math.sin(1.0), 0.0))),
+    }
+
+
+def test_a_joint_that_mimics_another_is_that_one(arm):
+    finger = pose_of(**standing())['finger']
+    (value,) = finger.tracked
+    assert (value, values.sources(value)) == (pytest.approx(0.03), [source(2)])
+
+
+def test_joints_of_one_robot_are_no_others_of_each_other(arm):
+    scene, message = Scene(Settings()), JointState(name=list(standing()), position=list(standing().values()))
+    message._connection_header = {'callerid': '/owner'}
+    scene.take('/joint_states', message, is_shown=True)
+    assert [set(), set()] == scene.shared(scene.handle('/joint_states:link hand'))
+
+
+def test_a_view_that_draws_the_robot_draws_what_does_not_move_as_well(arm, monkeypatch):
+    describe(monkeypatch, {'/robot_description': ARM.replace('<link name="lamp"/>', LAMP)})
+    for draws_all in (False, True):
+        scene, message = Scene(Settings(draws_all=draws_all)), JointState(name=['elbow'], position=[tracked(1.0)])
+        message._connection_header = {'callerid': '/owner'}
+        scene.take('/joint_states', message, is_shown=True)
+        lamp, fore = scene.handle('/joint_states:link lamp'), scene.handle('/joint_states:link fore')
+        assert (lamp is not None) == draws_all
+        assert fore.draws_thing == draws_all
+        assert (fore.shapes()[0].color.a == 1.0) == draws_all
+    assert not lamp.motions(lambda _value: True).are_any
+    assert lamp.pose[:3] == pytest.approx((0.0, 0.0, 1.5))

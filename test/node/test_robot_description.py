@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 
 from rosslt import node, values
 from rosslt.node import robot_description
-from rosslt.node.robot_description import read_joints
+from rosslt.node.robot_description import read_robot
 
 URDF = """
 <robot name="arm">
@@ -23,7 +23,7 @@ SOFT = '<safety_controller soft_lower_limit="-2" soft_upper_limit="3" k_velocity
 
 
 def limits(limit):
-    return {name: (joint.lower, joint.upper) for name, joint in read_joints(URDF.format(limit=limit)).items()}
+    return {name: (joint.lower, joint.upper) for name, joint in read_robot(URDF.format(limit=limit)).joints.items()}
 
 
 def test_limits_are_read_and_what_a_limit_does_not_mention_is_0():
@@ -42,6 +42,23 @@ def test_a_safety_controller_narrows_the_limits(written, read):
 def test_limits_that_leave_nothing_between_are_none():
     with pytest.raises(ValueError, match=r'the lower limit 1\.0 of the joint elbow is above the upper limit -1\.0'):
         limits('<limit lower="1" upper="-1"/>')
+
+
+def fixed(name, parent, child):
+    return f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+
+
+@pytest.mark.parametrize(
+    ('joints', 'told'),
+    [
+        (fixed('one', 'base', 'arm') + fixed('two', 'mast', 'arm'), 'the link arm hangs on two joints, one and two'),
+        (fixed('one', 'base', 'arm') + fixed('two', 'arm', 'base'), 'the link (base|arm) hangs on itself'),
+        (fixed('one', 'arm', 'arm'), 'the link arm hangs on itself'),
+    ],
+)
+def test_a_robot_that_cannot_be_is_refused(joints, told):
+    with pytest.raises(ValueError, match=told):
+        read_robot(f'<robot>{joints}</robot>')
 
 
 @pytest.fixture

@@ -20,4 +20,5 @@ from rosslt.markers.scene.follower import FRAME_RATE, Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.selection import Selection
+from rosslt.markers.scene.shapes import plain_pose
 from rosslt.markers.scene.topics import Graph, Watch

@@ -72,7 +72,7 @@ from rosslt.node.namesake import where_it_runs
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.mirror import kept_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
-from rosslt.node.robot_description import Joint, check_joint_limits, description_for, joints_in
+from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.tf import counterparts as tf_counterparts

@@ -11,6 +11,8 @@ import viser
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from rosslt.markers import plain_pose
+
 #: The most things that a browser, or a person, can cope with at once.
 MANY = 50
 
@@ -35,6 +37,8 @@ def draw(scene: viser.SceneApi, name: str, marker: Marker) -> List[viser.SceneNo
     if marker.type in _ON_POINTS and not marker.points:
         return []
     made = _KINDS[marker.type](scene, name, marker)
+    x, y, z, *rotation = plain_pose(marker.pose)
+    made.position, made.wxyz = (x, y, z), (rotation[3], *rotation[:3])
     return [made] if hasattr(made, 'on_drag') else []
 
 

@@ -5,6 +5,8 @@ import math
 from typing import Any, Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt import node, values
+from rosslt.markers.drags import joint_limits
+from rosslt.markers.scene.handle import Limited
 
 #: The significant digits of a float that are tried, of 17 that it may need.
 DIGITS = 13
@@ -44,6 +46,7 @@ def plan(
     resolution: float = 0.0,
     thing: Optional[Sequence[Any]] = None,
     shared: Sequence[Collection[values.Source]] = (),
+    limited: Sequence[Limited] = (),
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -60,6 +63,7 @@ def plan(
             round as that allows.
         thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
         shared: of each of these, as of `Directory.held`.
+        limited: numbers that are to stay within limits, as far as bounds of sources say so.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
@@ -69,6 +73,7 @@ def plan(
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
     limits = node.limits(list(present), timeout)
+    limits['bounds'] = joint_limits.narrowed(limits['bounds'], limited)
     if thing is not None and not chosen:
         held = node.directory().held(thing, shared)
         chosen = [source for source in values.sources(thing) if source not in held]

@@ -16,7 +16,7 @@ from typing import Callable, Collection, Deque, Dict, Iterable, List, NamedTuple
 import rospy
 
 from rosslt import node, values
-from rosslt.markers.drags import changes, wording
+from rosslt.markers.drags import changes, joint_limits, wording
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drop_check import Drop
 from rosslt.markers.faults import contained
@@ -364,7 +364,9 @@ class Drags:
                 resolution=self._rules.resolution,
                 thing=drag.handle.tracked,
                 shared=drag.shared,
+                limited=drag.thing.limits,
             )
+            joint_limits.check(drag.thing.limits, plan.after)
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
                 drag.solved = handle

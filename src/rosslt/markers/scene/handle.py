@@ -103,6 +103,21 @@ CanChange = Callable[[Any], bool]
 RankOf = Callable[[values.Source], int]
 
 
+class Limited(NamedTuple):
+    """A number that a drag leaves within its limits, as the position of a joint before a link that is pulled.
+
+    Attributes:
+        name: for people.
+        value: tracked, or plain.
+        lower, upper: its limits; infinite if there are none.
+    """
+
+    name: str
+    value: Any
+    lower: float
+    upper: float
+
+
 class Handle:
     """Something that can be dragged. It is made anew of every message, so that its values have their latest provenance.
 
@@ -128,6 +143,9 @@ class Handle:
 
     #: Whether its shapes are the thing itself, which RViz does not show.
     draws_thing = False
+
+    #: What its drags leave within limits.
+    limits: Tuple[Limited, ...] = ()
 
     #: The tracked or plain x, y and z where it stands, in its frame; None if it is not a position.
     position: Optional[Tuple[Any, ...]] = None
@@ -176,6 +194,11 @@ class Handle:
             near: of the turns that look alike, the one nearest to this is meant; by default nearest to the present one.
         """
         return 0.0
+
+    @property
+    def whole(self) -> str:
+        """The name of what moves as one with it, as all links of a robot; its own name by default."""
+        return self.name
 
     def limited(self, targets: List[float], turn: float) -> Tuple[List[float], str]:
         """The targets of a drag within the limits that the thing has, whatever its numbers come from.

@@ -18,7 +18,7 @@ from rosslt.markers.geometry import (
 )
 from rosslt.markers.scene.fillers import fills
 from rosslt.markers.scene.handle import POINTS, SIZES, Axes, CanChange, Handle, Motions, RankOf, has_source
-from rosslt.markers.scene.rotations import rings_of
+from rosslt.markers.scene.rotations import is_upright, rings_of
 from rosslt.markers.scene.shapes import AXIS_COLORS, cube, pose_tuple, sphere
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
@@ -103,9 +103,9 @@ class PoseHandle(Handle):
         if moved:
             pairs.extend(zip(self.position, pose[: 2 if self._is_planar else 3]))
         if turned:
-            factor = _quaternion_factor(self._orientation, pose[3:])
+            factor = quaternion_factor(self._orientation, pose[3:])
             pairs.extend(zip(self._orientation, (factor * part for part in pose[3:])))
-        return _tracked_targets(pairs)
+        return tracked_targets(pairs)
 
     def asked(self, can_change: CanChange) -> List[Any]:
         """Those of its tracked values that a drag may ask to become others.
@@ -133,8 +133,7 @@ class PoseHandle(Handle):
         rings = rings_of(turnable, rank_of)
         if self._is_planar:
             movable = (movable[0], movable[1], False)
-            upright = {ring: rotate_vector(ring.orientation(self.pose[3:]), AXES[0]) for ring in rings}
-            rings = tuple([ring for ring in rings if math.isclose(abs(upright[ring][2]), 1.0)])
+            rings = tuple([ring for ring in rings if is_upright(ring, self.pose[3:])])
         arrows = movable if self._has_arrows or sum(movable) == 1 else (False, False, False)
         return Motions(movable, True, arrows, rings)
 
@@ -184,7 +183,7 @@ class PointHandle(Handle):
         del moved, turned
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
-        return _tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
+        return tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
 
     def asked(self, can_change: CanChange) -> List[Any]:
         """Those of its tracked values that a drag may ask to become others."""
@@ -272,7 +271,7 @@ def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:
     return round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0
 
 
-def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) -> float:
+def quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) -> float:
     """By what a rotation of length 1 is multiplied to be asked of a quaternion, any multiple of which is that rotation.
 
     Plain parts stay as they are: if some are not 0, the multiple is the one that has them, or comes nearest.
@@ -288,7 +287,7 @@ def _quaternion_factor(orientation: Sequence[Any], rotation: Sequence[float]) ->
     return -length if factor < 0.0 else length
 
 
-def _tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
+def tracked_targets(pairs: Iterable[Tuple[Any, float]]) -> Tuple[List[Any], List[float]]:
     """The tracked values, and their targets, among pairs of a value and its target."""
     tracked, targets = [], []
     for value, target in pairs:

@@ -5,24 +5,16 @@ A JointState says how far each joint has turned; where the joints are, `robot_de
 
 import functools
 import math
-from typing import Any, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
 
 from rosslt import node, values
-from rosslt.markers.geometry import (
-    IDENTITY,
-    PoseTuple,
-    Rotation,
-    Vector,
-    inverse,
-    normalized,
-    onto,
-    product,
-    rotate_vector,
-)
-from rosslt.markers.scene.handle import CanChange, Handle, Motions, RankOf, Ring, Settings, has_source
+from rosslt.markers.geometry import PoseTuple, inverse, normalized, onto, product
+from rosslt.markers.scene.handle import BODY, POINTS, CanChange, Handle, Motions, RankOf, Ring, Settings, has_source
+from rosslt.markers.scene.kinematics import around
+from rosslt.markers.scene.links import RANK, LinkHandle, RobotPose, link_name
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
@@ -30,30 +22,45 @@ from rosslt.markers.scene.shapes import sphere
 class JointHandle(Handle):
     """A handle that turns or slides a joint of a robot: a ball on the joint.
 
+    The ring of a link that has a handle of its own is a part of that.
+
     Args:
-        name: as that of a Handle.
-        joint: where it is.
-        value: how far it has turned, in radians, or slid, in metres; tracked.
-        size: the diameter of its ball, in metres.
+        pose: of the robot.
+        joint: what it is.
     """
 
-    __slots__ = ('_axis', '_joint', '_start', '_value')
+    __slots__ = ('_axis', '_base', '_joint', '_pose', '_start', '_value', 'level')
 
-    def __init__(self, name: str, joint: node.Joint, value: Any, size: float) -> None:
-        self._joint, self._value = joint, value
-        x, y, z = joint.position
-        self._start = _rotation(*joint.roll_pitch_yaw)
-        self._axis = rotate_vector(self._start, joint.axis)
+    def __init__(self, pose: RobotPose, joint: node.Joint) -> None:
+        self._pose, self._joint, self._value = pose, joint, pose.position(joint)
+        place, position = pose.plain.joint(joint), float(self._value)
+        self._base, self._start, self._axis = place.position, place.rotation, pose.plain.axis(joint)
+        x, y, z = place.position
+        is_of_link = joint.is_turning and pose.has_handle(joint.child)
+        self.level = POINTS if is_of_link else BODY
         if joint.is_turning:
-            rotation = product(self._start, _around(joint.axis, float(value)))
+            rotation = product(self._start, around(joint, position))
         else:
             # Its x axis, along which the ball moves, lies along that of the joint.
             rotation = product(self._start, onto(joint.axis))
-            x, y, z = (a + float(value) * b for a, b in zip((x, y, z), self._axis))
-        pose = x, y, z, *normalized(*rotation)
+            x, y, z = (a + position * b for a, b in zip(place.position, self._axis))
+        shown, size = (x, y, z, *normalized(*rotation)), 0.5 * pose.settings.ball_size
         super().__init__(
-            name, joint.parent, pose, 2.5 * size, (joint, size), [value], lambda: [sphere(size, COLOR)], rank=2
+            '{}:{}'.format(pose.topic, joint.name),
+            place.frame,
+            shown,
+            2.5 * size,
+            (joint, size, place.frame),
+            [self._value],
+            lambda: [sphere(size, COLOR)],
+            rank=RANK,
+            thing=link_name(pose.topic, joint.child) if is_of_link else '',
         )
+
+    @property
+    def whole(self) -> str:
+        """The robot."""
+        return self._pose.topic
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose."""
@@ -61,8 +68,7 @@ class JointHandle(Handle):
             return [], []
         if self._joint.is_turning:
             return [self._value], [self.turn(pose, float(self._value))]
-        way = sum((a - b) * c for a, b, c in zip(pose[:3], self._joint.position, self._axis))
-        return [self._value], [way]
+        return [self._value], [sum((a - b) * c for a, b, c in zip(pose[:3], self._base, self._axis))]
 
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
         """How far a joint that turns has turned at a pose."""
@@ -88,42 +94,38 @@ class JointHandle(Handle):
         del rank_of
         is_free = can_change(self._value)
         if self._joint.is_turning:
-            return Motions((False, False, False), rings=(Ring('joint', self._axis),) if is_free else ())
+            rings = (Ring('joint', self._joint.axis, is_in_frame=False),) if is_free else ()
+            return Motions((False, False, False), rings=rings)
         return Motions((is_free, False, False))
 
 
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
-    """A JointState: a handle for each joint whose position is tracked."""
-    tracked = [(name, value) for name, value in zip(message.name, message.position) if has_source(value)]
-    joints = _joints_for(topic) if tracked else {}
-    for name, value in tracked:
-        key = '{}:{}'.format(topic, name)
-        is_there = name in joints and math.isfinite(value)
-        yield key, JointHandle(key, joints[name], value, 0.5 * settings.ball_size) if is_there else None
+    """A JointState: a handle for each joint that has a tracked position, and for each link that such joints move."""
+    if not any(map(has_source, message.position)):
+        return
+    robot = _robot_for(topic)
+    positions = {name: value for name, value in zip(message.name, message.position) if math.isfinite(value)}
+    pose = RobotPose(topic, robot, positions, settings)
+    for name in {**dict.fromkeys(message.name), **robot.joints}:
+        joint = robot.joints.get(name)
+        is_tracked = joint is not None and has_source(pose.position(joint))
+        yield '{}:{}'.format(topic, name), JointHandle(pose, joint) if joint is not None and is_tracked else None
+    # a view that draws the robot draws also what does not move
+    for link in {**robot.holding, **(robot.shapes if settings.draws_all else {})}:
+        if pose.has_handle(link):
+            handle = LinkHandle(pose, link)
+            yield handle.name, handle if handle.tracked or settings.draws_all else None
 
 
 #: Asks the master, but no more once there is one.
 _description_for = functools.lru_cache(maxsize=None)(node.description_for)
 
 
-def _joints_for(topic: str) -> Dict[str, node.Joint]:
-    """{name: Joint} of the robot that a topic is about, empty if there is no description of it."""
+def _robot_for(topic: str) -> node.Robot:
+    """The robot that a topic is about, one without joints if there is no description of it."""
     try:
         parameter = _description_for(topic)
     except LookupError:
-        return {}
+        return node.NO_ROBOT
     description = rospy.get_param_cached(parameter, '')
-    return node.joints_in(parameter, description) if description else {}
-
-
-def _around(axis: Vector, angle: float) -> Rotation:
-    x, y, z = (part * math.sin(angle / 2) for part in axis)
-    return x, y, z, math.cos(angle / 2)
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> Rotation:
-    turns = zip(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (roll, pitch, yaw))
-    result = IDENTITY
-    for axis, angle in turns:
-        result = product(_around(axis, angle), result)
-    return result
+    return node.robot_in(parameter, description) if description else node.NO_ROBOT

@@ -209,11 +209,16 @@ def marker_shape(marker: Marker, is_shown: bool) -> Marker:
         color = shape.color
         shape = sphere(height, (color.r, color.g, color.b), OVERLAY_ALPHA * color.a)
     elif is_shown:
-        # The scale of these two is a factor, not a size.
-        least = 0.0 if marker.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
-        for axis in 'xyz':
-            size = getattr(shape.scale, axis)
-            setattr(shape.scale, axis, math.copysign(max(OVERLAP * abs(size), abs(size) + least), size))
-        for color in (shape.color, *shape.colors):
-            color.a *= OVERLAY_ALPHA
+        laid_over(shape)
     return shape
+
+
+def laid_over(shape: Marker) -> None:
+    """Make a shape a little larger than what it covers, so that the mouse takes it, and see-through."""
+    # The scale of these two is a factor, not a size.
+    least = 0.0 if shape.type in (Marker.MESH_RESOURCE, Marker.TRIANGLE_LIST) else LEAST_OVERLAP
+    for axis in 'xyz':
+        size = getattr(shape.scale, axis)
+        setattr(shape.scale, axis, math.copysign(max(OVERLAP * abs(size), abs(size) + least), size))
+    for color in (shape.color, *shape.colors):
+        color.a *= OVERLAY_ALPHA

@@ -4,7 +4,7 @@ import math
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosslt import values
-from rosslt.markers.geometry import AXES, Vector, inverse, normalized, product, rotate_vector
+from rosslt.markers.geometry import AXES, Rotation, Vector, inverse, normalized, product, rotate_vector
 from rosslt.markers.scene.fillers import without_fillers
 from rosslt.markers.scene.handle import RankOf, Ring
 
@@ -25,10 +25,15 @@ def rings_of(orientation: Sequence[Any], rank_of: Optional[RankOf] = None) -> Tu
     by_source = _spins(orientation)
     if rank_of is not None:
         by_source = without_fillers(by_source, values.source_values(list(orientation)), rank_of)
-    spins, turned_around, taken = list(by_source.values()), _Span(), _Span()
+    return rings_around(normalized(*map(float, orientation)), list(by_source.values()))
+
+
+def rings_around(rotation: Rotation, spins: List[Vector]) -> Tuple[Ring, ...]:
+    """As `rings_of`, given how the thing is turned, and the directions in the frame that it can be turned around."""
+    turned_around, taken = _Span(), _Span()
     count = sum([turned_around.add(spin) for spin in spins])
     rings: List[Ring] = []
-    for ring, axis in _candidates(orientation, spins):
+    for ring, axis in _candidates(rotation, spins):
         if len(rings) == count:
             break
         if turned_around.has(axis) and taken.add(axis):
@@ -36,11 +41,15 @@ def rings_of(orientation: Sequence[Any], rank_of: Optional[RankOf] = None) -> Tu
     return tuple(rings)
 
 
-def _candidates(orientation: Sequence[Any], spins: List[Vector]) -> Iterator[Tuple[Ring, Vector]]:
+def is_upright(ring: Ring, rotation: Rotation) -> bool:
+    """Return whether a ring goes around z of the frame, given how the thing is turned."""
+    return math.isclose(abs(rotate_vector(ring.orientation(rotation), AXES[0])[2]), 1.0)
+
+
+def _candidates(rotation: Rotation, spins: List[Vector]) -> Iterator[Tuple[Ring, Vector]]:
     """Rings, and the axes in the frame that they go around, the best ones first."""
     for name, axis in zip('xyz', AXES):
         yield Ring(name, axis), axis
-    rotation = normalized(*map(float, orientation))
     for name, axis in zip('uvw', AXES):
         yield Ring(name, axis, is_in_frame=False), rotate_vector(rotation, axis)
     for index, spin in enumerate(spins):

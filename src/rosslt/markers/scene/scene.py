@@ -296,7 +296,7 @@ class Scene:
     def _put_handle(self, handle: Handle) -> None:
         name = handle.name
         old = self._handles.get(name)
-        has_other_sources = self._uses.put(name, handle.tracked)
+        has_other_sources = self._uses.put(name, handle.tracked, handle.whole)
         if old is not None and (has_other_sources or _has_gone_on(old, handle)):
             self._before[name] = old
         self._handles[name] = handle

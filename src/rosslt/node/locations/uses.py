@@ -38,15 +38,20 @@ class Uses:
         self._numbers: Dict[str, Sequence[Any]] = {}  # of a thing, by its name
         self._sources: Dict[str, List[List[Source]]] = {}  # of each of these
         self._users: Dict[Source, Set[Tuple[str, int]]] = {}  # (name of a thing, index of its number)
+        self._wholes: Dict[str, str] = {}  # of a thing: what it is a part of, by default itself
 
-    def put(self, name: str, numbers: Sequence[Any]) -> bool:
-        """A thing has these numbers now; return whether they come from other sources than before."""
+    def put(self, name: str, numbers: Sequence[Any], whole: str = '') -> bool:
+        """A thing has these numbers now; return whether they come from other sources than before.
+
+        Args:
+            whole: the name of what it is a part of, if that moves as one: its parts are no others of each other.
+        """
         sources = [values.sources(number) for number in numbers]
         if self._sources.get(name) == sources:
             self._numbers[name] = numbers
             return False
         self.drop(name)
-        self._numbers[name], self._sources[name] = numbers, sources
+        self._numbers[name], self._sources[name], self._wholes[name] = numbers, sources, whole or name
         for index, found in enumerate(sources):
             for source in found:
                 self._users.setdefault(source, set()).add((name, index))
@@ -55,6 +60,7 @@ class Uses:
     def drop(self, name: str) -> None:
         """A thing is there no more."""
         self._numbers.pop(name, None)
+        self._wholes.pop(name, None)
         for index, found in enumerate(self._sources.pop(name, [])):
             for source in found:
                 self._users[source].discard((name, index))
@@ -65,13 +71,16 @@ class Uses:
         """For each number of a thing, those of its sources that move something else as well: numbers of other things
         come from them, and not from all that this number comes from, as the same number shown twice would. Those from
         just the same sources are told apart by their values, in `Shared.alike`."""
-        own = {(name, index) for index in range(len(numbers))}
+        whole = self._wholes.get(name, name)
         sources = [values.sources(number) for number in numbers]
         found = Shared()
         for mine in sources:
-            users = {source: self._users.get(source, set()) for source in mine}
-            alike = set.intersection(*sorted(users.values(), key=len)) - own if users else set()
-            found.append({source for source, using in users.items() if len(using) - len(own & using) > len(alike)})
+            users = {
+                source: {user for user in self._users.get(source, ()) if self._wholes[user[0]] != whole}
+                for source in mine
+            }
+            alike = set.intersection(*sorted(users.values(), key=len)) if users else set()
+            found.append({source for source, using in users.items() if len(using) > len(alike)})
             if not found.alike.issuperset(mine):
                 shown = [number for number, others in zip(numbers, sources) if set(others) == set(mine)]
                 if any(self._is_another(*user, mine, shown) for user in alike):

@@ -1,0 +1,112 @@
+"""Forward kinematics: where the joints and links of a robot are, given the positions of its joints."""
+
+import functools
+import math
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
+
+from rosslt import node, values
+from rosslt.markers.geometry import AXES, IDENTITY, Rotation, Vector, product, rotate_vector
+
+_SIN, _COS = values.MATH['sin'], values.MATH['cos']
+
+
+class Place(NamedTuple):
+    """Where something is.
+
+    Attributes:
+        frame: the link that the rest is relative to.
+        position: x, y and z, in metres.
+        rotation: a quaternion (x, y, z, w) of length 1.
+        moved_by: the joints that move it, from that link outward.
+    """
+
+    frame: str
+    position: Sequence[Any]
+    rotation: Sequence[Any]
+    moved_by: Tuple[node.Joint, ...] = ()
+
+
+class Kinematics:
+    """The places of the joints and links of a robot, each in the frame of the first link before it of which all joints
+    between have known positions: the root, if all have.
+
+    The numbers are tracked if the positions of joints are.
+
+    Args:
+        robot: how it is made.
+        positions: {name of a joint: its position}, tracked or plain, in radians or metres.
+    """
+
+    def __init__(self, robot: node.Robot, positions: Mapping[str, Any]) -> None:
+        self._robot, self._positions = robot, positions
+        self._links: Dict[str, Place] = {}
+
+    def position(self, joint: node.Joint) -> Any:
+        """The position of a joint, tracked or plain; None if it is not known."""
+        followed = None if joint.mimic is None else self._positions.get(joint.mimic.joint)
+        if joint.mimic is None or followed is None:
+            return self._positions.get(joint.name)
+        return joint.mimic.multiplier * followed + joint.mimic.offset
+
+    def joint(self, joint: node.Joint) -> Place:
+        """Where a joint is, for its position 0."""
+        link = self.link(joint.parent)
+        position = _plus(link.position, rotate_vector(link.rotation, joint.position))
+        rotation = product(link.rotation, turned(joint.roll_pitch_yaw))
+        return link._replace(position=position, rotation=rotation)
+
+    def link(self, link: str) -> Place:
+        """Where a link is."""
+        way: List[node.Joint] = []
+        while link not in self._links:
+            joint = self._robot.holding.get(link)
+            if joint is None or not (joint.is_fixed or self.position(joint) is not None):
+                self._links[link] = Place(link, (0.0, 0.0, 0.0), IDENTITY)
+            else:
+                way.append(joint)
+                link = joint.parent
+        for joint in reversed(way):
+            start = self.joint(joint)
+            self._links[joint.child] = start if joint.is_fixed else _moved(start, joint, self.position(joint))
+        return self._links[way[0].child if way else link]
+
+    def axis(self, joint: node.Joint) -> Vector:
+        """The direction around or along which a joint moves."""
+        return rotate_vector(self.joint(joint).rotation, joint.axis)
+
+    def way(self, joint: node.Joint, position: Sequence[float]) -> Vector:
+        """How fast a joint moves what is at a position, in metres for each of its radians or metres."""
+        x, y, z = axis = self.axis(joint)
+        if not joint.is_turning:
+            return axis
+        a, b, c = (there - here for there, here in zip(position, self.joint(joint).position))
+        return y * c - z * b, z * a - x * c, x * b - y * a
+
+
+@functools.lru_cache(maxsize=None)
+def turned(roll_pitch_yaw: Vector) -> Rotation:
+    """The rotation of a URDF's `rpy`: about x, then y, then z of what it is relative to, in radians."""
+    result = IDENTITY
+    for axis, angle in zip(AXES, roll_pitch_yaw):
+        x, y, z = (math.sin(0.5 * angle) * part for part in axis)
+        result = product((x, y, z, math.cos(0.5 * angle)), result)
+    return result
+
+
+def around(joint: node.Joint, angle: Any) -> Tuple[Any, Any, Any, Any]:
+    """The turn of a joint by an angle, tracked or plain."""
+    sine = _SIN(0.5 * angle)
+    x, y, z = (part * sine for part in joint.axis)
+    return x, y, z, _COS(0.5 * angle)
+
+
+def _moved(start: Place, joint: node.Joint, by: Any) -> Place:
+    moved_by = (*start.moved_by, joint)
+    if joint.is_turning:
+        return start._replace(rotation=product(start.rotation, around(joint, by)), moved_by=moved_by)
+    way = [part * by for part in rotate_vector(start.rotation, joint.axis)]
+    return start._replace(position=_plus(start.position, way), moved_by=moved_by)
+
+
+def _plus(first: Sequence[Any], second: Sequence[Any]) -> List[Any]:
+    return [a + b for a, b in zip(first, second)]

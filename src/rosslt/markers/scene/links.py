@@ -1,0 +1,158 @@
+"""Handles on the links of a robot, each the link itself: it is pulled and turned by the joints before it."""
+
+import functools
+from typing import Any, Dict, List, Optional, Tuple
+
+from visualization_msgs.msg import Marker
+
+from rosslt import node
+from rosslt.markers.geometry import PoseTuple, Vector, normalized, rotate_vector
+from rosslt.markers.scene.handle import Axes, CanChange, Handle, Limited, Motions, RankOf, Ring, Settings, has_source
+from rosslt.markers.scene.handles import quaternion_factor, tracked_targets
+from rosslt.markers.scene.kinematics import Kinematics, Place, turned
+from rosslt.markers.scene.marker import COLOR, laid_over
+from rosslt.markers.scene.rotations import SMALL, is_upright, rings_around
+from rosslt.markers.scene.shapes import sphere
+
+#: The size of the ball on a link without a shape, relative to that on a pose, and its opacity.
+BALL, BALL_ALPHA = 0.75, 0.6
+
+#: The color of a part that has none: (red, green, blue).
+GREY: Vector = (0.6, 0.6, 0.6)
+
+#: Handles that give way to a marker at the same position.
+RANK = 2
+
+KINDS = {'box': Marker.CUBE, 'cylinder': Marker.CYLINDER, 'sphere': Marker.SPHERE, 'mesh': Marker.MESH_RESOURCE}
+
+
+class RobotPose:
+    """How a robot stands, as a JointState says.
+
+    Args:
+        topic: where that was published.
+        robot: how it is made.
+        positions: {name of a joint: its position}, tracked or plain.
+        settings: those of all handles.
+
+    Attributes:
+        topic, robot, settings: the same.
+        plain: the places of its joints and links, in plain numbers.
+    """
+
+    def __init__(self, topic: str, robot: node.Robot, positions: Dict[str, Any], settings: Settings) -> None:
+        self.topic, self.robot, self.settings = topic, robot, settings
+        self._positions = positions
+        self.plain = Kinematics(robot, {name: float(position) for name, position in positions.items()})
+
+    @functools.cached_property
+    def tracked(self) -> Kinematics:
+        """The places of its joints and links with their provenance: computed if somebody drags one."""
+        return Kinematics(self.robot, self._positions)
+
+    @functools.cached_property
+    def elsewhere(self) -> Kinematics:
+        """The places at other positions of the joints: an arm that is stretched out moves no way inward at present."""
+        return Kinematics(self.robot, {name: 1.0 + 0.1 * index for index, name in enumerate(self._positions)})
+
+    def position(self, joint: node.Joint) -> Any:
+        """The position of a joint, tracked or plain; None if it is not known."""
+        return self.tracked.position(joint)
+
+    def has_handle(self, link: str) -> bool:
+        """Return whether a link has a handle, if it moves: it has a shape, or nothing hangs on it."""
+        return link in self.robot.shapes or link in self.robot.ends
+
+
+def link_name(topic: str, link: str) -> str:
+    """The name of the handle on a link of the robot that a topic is about."""
+    return '{}:link {}'.format(topic, link)
+
+
+class LinkHandle(Handle):
+    """A link, grabbed in the middle of its shapes, or by a ball: all joints before it move and turn it.
+
+    Args:
+        pose: of the robot.
+        link: its name.
+    """
+
+    __slots__ = ('_grip', '_link', '_pose', 'limits')
+
+    def __init__(self, pose: RobotPose, link: str) -> None:
+        self._pose, self._link = pose, link
+        shapes, count = pose.robot.shapes.get(link, ()), len(pose.robot.shapes.get(link, ())) or 1
+        x, y, z = (sum(shape.position[axis] for shape in shapes) / count for axis in range(3))
+        self._grip: Vector = (x, y, z)
+        place = self._place_in(pose.plain)
+        x, y, z = place.position
+        shown = (x, y, z, *normalized(*place.rotation))
+        numbers = [pose.position(joint) for joint in place.moved_by]
+        self.limits = tuple(
+            [Limited(one.name, value, one.lower, one.upper) for one, value in zip(place.moved_by, numbers)]
+        )
+        ball = BALL * pose.settings.ball_size
+        # as thick as it is: arrows stand out of a long link sideways
+        size = max([sorted(shape.size)[1] for shape in shapes if shape.kind != 'mesh'] or [2.5 * ball])
+        draw_key = link, shapes, ball, place.frame, tuple(map(has_source, numbers))
+        name = link_name(pose.topic, link)
+        super().__init__(name, place.frame, shown, size, draw_key, numbers, lambda: self._drawn(ball), rank=RANK)
+
+    @property
+    def draws_thing(self) -> bool:  # type: ignore[override]
+        """Whether nobody else draws the robot."""
+        return self._pose.settings.draws_all
+
+    @property
+    def whole(self) -> str:
+        """The robot."""
+        return self._pose.topic
+
+    def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
+        """The targets of a drag to a pose."""
+        place = self._place_in(self._pose.tracked)
+        pairs: List[Tuple[Any, float]] = []
+        if moved:
+            pairs += zip(place.position, pose[: 2 if self._pose.settings.is_planar else 3])
+        if turned:
+            factor = quaternion_factor(place.rotation, pose[3:])
+            pairs += zip(place.rotation, (factor * part for part in pose[3:]))
+        return tracked_targets(pairs)
+
+    def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
+        """The ways in which the joints before it move it, and turn it at present if it has no joint of its own."""
+        del rank_of
+        place = self._place_in(self._pose.elsewhere)
+        positions = [(joint, self._pose.position(joint)) for joint in place.moved_by]
+        joints = [joint for joint, position in positions if has_source(position) and can_change(position)]
+        ways = [self._pose.elsewhere.way(joint, place.position) for joint in joints]
+        x, y, z = (any(abs(way[axis]) > SMALL for way in ways) for axis in range(3))
+        axes: Axes = (x, y, z and not self._pose.settings.is_planar)
+        robot, rotation = self._pose.robot, self.pose[3:]
+        rings: Tuple[Ring, ...] = ()
+        if joints and (robot.holding[self._link].is_fixed or self._link in robot.ends):
+            rings = rings_around(rotation, [self._pose.plain.axis(joint) for joint in joints if joint.is_turning])
+        if self._pose.settings.is_planar:
+            rings = tuple([ring for ring in rings if is_upright(ring, rotation)])
+        return Motions(axes, is_in_frame=True, arrows=axes, rings=rings)
+
+    def _place_in(self, kinematics: Kinematics) -> Place:
+        """Where it is grabbed, given the places of its robot."""
+        place = kinematics.link(self._link)
+        offset = rotate_vector(place.rotation, self._grip)
+        return place._replace(position=[a + b for a, b in zip(place.position, offset)])
+
+    def _drawn(self, ball: float) -> List[Marker]:
+        shapes = self._pose.robot.shapes.get(self._link)
+        return [self._part(shape) for shape in shapes] if shapes else [sphere(ball, COLOR, BALL_ALPHA)]
+
+    def _part(self, shape: node.Shape) -> Marker:
+        part = sphere(0.0, shape.color or GREY)
+        part.type, part.mesh_resource = KINDS[shape.kind], shape.mesh
+        part.scale.x, part.scale.y, part.scale.z = shape.size
+        position, orientation = part.pose.position, part.pose.orientation
+        position.x, position.y, position.z = (a - b for a, b in zip(shape.position, self._grip))
+        orientation.x, orientation.y, orientation.z, orientation.w = turned(shape.roll_pitch_yaw)
+        if not self.draws_thing:
+            laid_over(part)
+        return part
