@@ -35,7 +35,8 @@ class Thing:
     frame, size, rank, position, level = 'world', 1.0, 0, None, 0
 
     def __init__(self, x=0.0, draw_key='red', name='thing', at=None):
-        self.name, self.thing, self.draw_key = name, name, draw_key
+        self.name = self.thing = self.whole = name
+        self.draw_key = draw_key
         self.pose = (x, 0.0, 0.0, *IDENTITY)
         self.tracked = [values.track(x if at is None else at, SOURCE)]
 

@@ -1,6 +1,8 @@
 """Handles on the joints of a robot, and where a drag of one stops."""
 
+import contextlib
 import math
+from pathlib import Path
 
 import pytest
 from sensor_msgs.msg import JointState
@@ -393,3 +395,86 @@ def test_a_view_that_draws_the_robot_draws_what_does_not_move_as_well(arm, monke
         assert (fore.shapes()[0].color.a == 1.0) == draws_all
     assert not lamp.motions(lambda _value: True).are_any
     assert lamp.pose[:3] == pytest.approx((0.0, 0.0, 1.5))
+
+
+def test_what_mimics_a_joint_stays_within_its_limits_as_well(arm, monkeypatch):
+    describe(monkeypatch, {'/robot_description': ARM.replace('upper="0.1"', 'upper="0.03"')})
+    handles = pose_of(**standing(elbow=0.5))
+    elbow = handles['elbow']
+    turn = product(elbow.pose[3:], (0.0, 0.0, math.sin(0.6), math.cos(0.6)))
+    after, plan = planned(monkeypatch, elbow, (*elbow.pose[:3], *turn), turned=True)
+    assert (after, plan.is_exact) == ({2: pytest.approx(1.0)}, False), 'the finger is at 0.03 then'
+
+
+def test_messages_of_several_publishers_keep_each_others_handles(arm):
+    scene = Scene(Settings(draws_all=True))
+
+    def take(**positions):
+        message = JointState(name=list(positions), position=list(positions.values()))
+        message._connection_header = {'callerid': '/owner'}
+        scene.take('/joint_states', message, is_shown=True)
+        return set(scene.names())
+
+    shoulder = take(shoulder=standing()['shoulder'])
+    both = take(elbow=standing()['elbow'])
+    assert shoulder < both
+    assert take(shoulder=standing(1.0)['shoulder']) == both
+    assert scene.handle('/joint_states:link fore').frame == 'upper'
+
+
+def test_handles_of_a_description_that_is_no_more_go(monkeypatch):
+    parameters = {'/robot_description': ARM}
+    describe(monkeypatch, parameters)
+    scene = Scene(Settings())
+    message = JointState(name=list(standing()), position=list(standing().values()))
+    message._connection_header = {'callerid': '/owner'}
+    scene.take('/joint_states', message, is_shown=True)
+    parameters['/robot_description'] = ARM.replace('"hand"', '"gripper"')
+    scene.take('/joint_states', message, is_shown=True)
+    assert '/joint_states:link gripper' in scene.names()
+    assert '/joint_states:link hand' not in scene.names()
+    parameters['/robot_description'] = '<robot/>'
+    scene.take('/joint_states', message, is_shown=True)
+    assert not scene.names()
+
+
+def test_positions_are_those_that_robot_state_publisher_takes(arm):
+    assert pose_of(**standing(), finger=0.07)['link tip'].limits[-1].name == 'elbow', 'the finger is plain'
+    scene = Scene(Settings())
+    for names, positions, there in (
+        (['elbow', 'elbow'], [tracked(0.5), tracked(1.0)], 0.5),
+        (['elbow', 'shoulder'], [tracked(1.0)], 0.5),
+    ):
+        message = JointState(name=names, position=positions)
+        message._connection_header = {'callerid': '/owner'}
+        scene.take('/joint_states', message, is_shown=True)
+        (position,) = scene.handle('/joint_states:elbow').tracked
+        assert position == there, names
+
+
+def test_a_pull_beyond_a_limit_does_not_come_round_from_the_other_side(arm, monkeypatch):
+    description = ARM.replace('lower="-2" upper="2"', 'lower="-2.9" upper="2.9"')
+    describe(monkeypatch, {'/robot_description': description})
+    for way in ('moved', 'turned'):
+        shoulder = 2.5
+        for step in range(26, 56):
+            hand = pose_of(shoulder=standing(shoulder=shoulder)['shoulder'], elbow=0.0)['link hand']
+            at, turn = step / 10, (0.0, 0.0, math.sin(step / 20), math.cos(step / 20))
+            pose = (2 * math.cos(at), 2 * math.sin(at), 1.0, *turn)
+            with contextlib.suppress(values.NotInvertible):
+                after, _ = planned(monkeypatch, hand, pose, **{way: True})
+                shoulder = after.get(1, shoulder)
+            assert shoulder == pytest.approx(min(at, 2.9)), (way, at)
+
+
+def test_a_hand_that_can_go_all_ways_is_turned_where_it_stands(monkeypatch):
+    urdf = (Path(__file__).parents[2] / 'config' / 'robot.urdf').read_text(encoding='utf-8')
+    describe(monkeypatch, {'/robot_description': urdf})
+    rest = {'j1': 0.3, 'j2': -0.4, 'j3': 0.2, 'j4': -1.8, 'j5': 0.1, 'j6': 1.6, 'j7': 0.8}
+    handles = pose_of(**{name: values.track(value, source(int(name[1]))) for name, value in rest.items()})
+    hand = handles['link hand']
+    turn = product((0.0, 0.0, math.sin(0.1), math.cos(0.1)), hand.pose[3:])
+    after, plan = planned(monkeypatch, hand, (*hand.pose[:3], *turn), turned=True)
+    assert plan.is_exact
+    moved = pose_of(**{name: values.track(after.get(int(name[1]), value), source(1)) for name, value in rest.items()})
+    assert moved['link hand'].pose == pytest.approx((*hand.pose[:3], *turn))

@@ -54,6 +54,7 @@ def fixed(name, parent, child):
         (fixed('one', 'base', 'arm') + fixed('two', 'mast', 'arm'), 'the link arm hangs on two joints, one and two'),
         (fixed('one', 'base', 'arm') + fixed('two', 'arm', 'base'), 'the link (base|arm) hangs on itself'),
         (fixed('one', 'arm', 'arm'), 'the link arm hangs on itself'),
+        (fixed('one', 'base', 'arm').replace('</', '<origin xyz="0 nan 0"/></'), 'the origin of the joint one is not'),
     ],
 )
 def test_a_robot_that_cannot_be_is_refused(joints, told):

@@ -205,6 +205,8 @@ def _joint(element: ElementTree.Element) -> Joint:
     origin, mimic = element.find('origin'), element.find('mimic')
     x, y, z = _numbers(origin, 'xyz', (0.0, 0.0, 0.0))
     roll, pitch, yaw = _numbers(origin, 'rpy', (0.0, 0.0, 0.0))
+    if not all(map(math.isfinite, (x, y, z, roll, pitch, yaw))):
+        raise ValueError(f'the origin of the joint {name} is not finite')
     # exporters write the axis 0, 0, 0 of a fixed joint
     direction = (1.0, 0.0, 0.0) if kind == FIXED else _numbers(element.find('axis'), 'xyz', (1.0, 0.0, 0.0))
     length = math.sqrt(sum(part * part for part in direction))

@@ -11,6 +11,12 @@ from rosslt.markers.scene.handle import Limited
 #: The significant digits of a float that are tried, of 17 that it may need.
 DIGITS = 13
 
+#: Into how many parts the way to an answer is divided to see whether it is a leap.
+PARTS = 8
+
+#: The rounding error of a distance, relative to it, and where it is 0.
+ROUNDING = 1e-9
+
 
 class Plan(NamedTuple):
     """The planned values of sources.
@@ -81,6 +87,8 @@ def plan(
         limits['read_only'] = [*limits['read_only'], *(source for source in present if source not in chosen)]
     try:
         after = values.continued(tracked, targets, here, **limits)
+        if not may_leap and _leaps(values.reapply(list(tracked), here), targets, after):
+            raise values.NotInvertible('the values come there by a leap alone')
         return Plan(present, _rounded(after, present, tracked, resolution, limits))
     except values.NotInvertible:
         if may_leap:
@@ -215,18 +223,20 @@ def _nearest(
 
 
 def _leaps(tracked: Sequence[Any], targets: Sequence[float], after: Mapping[values.Source, Any]) -> bool:
-    """Return whether results are further from their targets half way to an answer than they are now."""
+    """Return whether results are further from their targets than they are now somewhere on the way to an answer, as on
+    the long way around an axis."""
     before = values.source_values(tracked)
-    half_way = {
-        source: (before[source] + new) / 2.0
+    floats = {
+        source: (before[source], new)
         for source, new in after.items()
         if isinstance(new, float) and isinstance(before[source], float)
     }
-    try:
-        there = [float(values.evaluate(value, half_way)) for value in tracked]
-    except (ArithmeticError, ValueError):
-        return True
-    return math.dist(there, targets) > math.dist(list(map(float, tracked)), targets)
+    most = math.dist(list(map(float, tracked)), targets)
+    for part in range(1, PARTS):
+        there = {source: old + (new - old) * part / PARTS for source, (old, new) in floats.items()}
+        if not _distance(tracked, targets, there) <= max(most * (1.0 + ROUNDING), ROUNDING):
+            return True
+    return False
 
 
 def _stops(found: Dict[values.Source, Any], bounds: Dict[values.Source, Tuple[Any, Any]]) -> Dict[values.Source, str]:

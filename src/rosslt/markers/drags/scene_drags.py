@@ -364,9 +364,9 @@ class Drags:
                 resolution=self._rules.resolution,
                 thing=drag.handle.tracked,
                 shared=drag.shared,
-                limited=drag.thing.limits,
+                limited=drag.handle.limits,
             )
-            joint_limits.check(drag.thing.limits, plan.after)
+            joint_limits.check(drag.handle.limits, plan.after)
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
                 drag.solved = handle

@@ -5,14 +5,25 @@ A JointState says how far each joint has turned; where the joints are, `robot_de
 
 import functools
 import math
-from typing import Any, Iterator, List, Optional, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import rospy
 from sensor_msgs.msg import JointState
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, inverse, normalized, onto, product
-from rosslt.markers.scene.handle import BODY, POINTS, CanChange, Handle, Motions, RankOf, Ring, Settings, has_source
+from rosslt.markers.scene.handle import (
+    BODY,
+    POINTS,
+    CanChange,
+    Handle,
+    Limited,
+    Motions,
+    RankOf,
+    Ring,
+    Settings,
+    has_source,
+)
 from rosslt.markers.scene.kinematics import around
 from rosslt.markers.scene.links import RANK, LinkHandle, RobotPose, link_name
 from rosslt.markers.scene.marker import COLOR
@@ -62,6 +73,11 @@ class JointHandle(Handle):
         """The robot."""
         return self._pose.topic
 
+    @property
+    def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
+        """Those of the robot."""
+        return self._pose.limits
+
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose."""
         if not (turned if self._joint.is_turning else moved):
@@ -100,22 +116,34 @@ class JointHandle(Handle):
 
 
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
-    """A JointState: a handle for each joint that has a tracked position, and for each link that such joints move."""
-    if not any(map(has_source, message.position)):
+    """A JointState: a handle for each joint that has a tracked position, and for each link that such joints move.
+
+    As for `robot_state_publisher`, the first position of a joint counts, and a message of other lengths does not. What
+    a message does not move is another's.
+    """
+    if not any(map(has_source, message.position)) or len(message.name) != len(message.position):
         return
-    robot = _robot_for(topic)
-    positions = {name: value for name, value in zip(message.name, message.position) if math.isfinite(value)}
-    pose = RobotPose(topic, robot, positions, settings)
-    for name in {**dict.fromkeys(message.name), **robot.joints}:
-        joint = robot.joints.get(name)
-        is_tracked = joint is not None and has_source(pose.position(joint))
-        yield '{}:{}'.format(topic, name), JointHandle(pose, joint) if joint is not None and is_tracked else None
+    robot, former = _robot_for(topic), _FORMER.get(topic)
+    if former is not None and former is not robot:
+        yield from [('{}:{}'.format(topic, name), None) for name in former.joints]
+        yield from [(link_name(topic, link), None) for link in {**former.holding, **former.shapes}]
+    _FORMER[topic] = robot
+    named = zip(reversed(message.name), reversed(message.position))
+    pose = RobotPose(topic, robot, {name: value for name, value in named if math.isfinite(value)}, settings)
+    for joint in robot.joints.values():
+        position = pose.position(joint)
+        if position is not None:
+            yield '{}:{}'.format(topic, joint.name), JointHandle(pose, joint) if has_source(position) else None
     # a view that draws the robot draws also what does not move
     for link in {**robot.holding, **(robot.shapes if settings.draws_all else {})}:
-        if pose.has_handle(link):
+        place = pose.plain.link(link)
+        if pose.has_handle(link) and (place.moved_by or (settings.draws_all and place.frame not in robot.holding)):
             handle = LinkHandle(pose, link)
             yield handle.name, handle if handle.tracked or settings.draws_all else None
 
+
+#: {topic: the robot that it was about before}.
+_FORMER: Dict[str, node.Robot] = {}
 
 #: Asks the master, but no more once there is one.
 _description_for = functools.lru_cache(maxsize=None)(node.description_for)

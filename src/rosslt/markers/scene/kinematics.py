@@ -42,11 +42,13 @@ class Kinematics:
         self._links: Dict[str, Place] = {}
 
     def position(self, joint: node.Joint) -> Any:
-        """The position of a joint, tracked or plain; None if it is not known."""
-        followed = None if joint.mimic is None else self._positions.get(joint.mimic.joint)
-        if joint.mimic is None or followed is None:
-            return self._positions.get(joint.name)
-        return joint.mimic.multiplier * followed + joint.mimic.offset
+        """The position of a joint, tracked or plain, its own or what follows from the joint that it mimics; None if it
+        is not known."""
+        own, mimic = self._positions.get(joint.name), joint.mimic
+        if own is not None or mimic is None:
+            return own
+        followed = self._positions.get(mimic.joint)
+        return None if followed is None else mimic.multiplier * followed + mimic.offset
 
     def joint(self, joint: node.Joint) -> Place:
         """Where a joint is, for its position 0."""

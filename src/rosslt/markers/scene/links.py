@@ -3,6 +3,7 @@
 import functools
 from typing import Any, Dict, List, Optional, Tuple
 
+import numpy
 from visualization_msgs.msg import Marker
 
 from rosslt import node
@@ -19,6 +20,9 @@ BALL, BALL_ALPHA = 0.75, 0.6
 
 #: The color of a part that has none: (red, green, blue).
 GREY: Vector = (0.6, 0.6, 0.6)
+
+#: The ways that a body has: three to go, and three to turn.
+ALL_WAYS, NOWHERE = 6, (0.0, 0.0, 0.0)
 
 #: Handles that give way to a marker at the same position.
 RANK = 2
@@ -55,6 +59,14 @@ class RobotPose:
         """The places at other positions of the joints: an arm that is stretched out moves no way inward at present."""
         return Kinematics(self.robot, {name: 1.0 + 0.1 * index for index, name in enumerate(self._positions)})
 
+    @functools.cached_property
+    def limits(self) -> Tuple[Limited, ...]:
+        """All joints that have tracked positions: a drag moves also what mimics a joint, or has the same source."""
+        positions = [(joint, self.position(joint)) for joint in self.robot.joints.values()]
+        return tuple(
+            [Limited(joint.name, value, joint.lower, joint.upper) for joint, value in positions if has_source(value)]
+        )
+
     def position(self, joint: node.Joint) -> Any:
         """The position of a joint, tracked or plain; None if it is not known."""
         return self.tracked.position(joint)
@@ -77,7 +89,7 @@ class LinkHandle(Handle):
         link: its name.
     """
 
-    __slots__ = ('_grip', '_link', '_pose', 'limits')
+    __slots__ = ('_grip', '_link', '_pose')
 
     def __init__(self, pose: RobotPose, link: str) -> None:
         self._pose, self._link = pose, link
@@ -88,9 +100,6 @@ class LinkHandle(Handle):
         x, y, z = place.position
         shown = (x, y, z, *normalized(*place.rotation))
         numbers = [pose.position(joint) for joint in place.moved_by]
-        self.limits = tuple(
-            [Limited(one.name, value, one.lower, one.upper) for one, value in zip(place.moved_by, numbers)]
-        )
         ball = BALL * pose.settings.ball_size
         # as thick as it is: arrows stand out of a long link sideways
         size = max([sorted(shape.size)[1] for shape in shapes if shape.kind != 'mesh'] or [2.5 * ball])
@@ -108,11 +117,16 @@ class LinkHandle(Handle):
         """The robot."""
         return self._pose.topic
 
+    @property
+    def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
+        """Those of the robot."""
+        return self._pose.limits
+
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
-        """The targets of a drag to a pose."""
+        """The targets of a drag to a pose. A link that can do both is turned where it stands."""
         place = self._place_in(self._pose.tracked)
         pairs: List[Tuple[Any, float]] = []
-        if moved:
+        if moved or (turned and self._goes_all_ways()):
             pairs += zip(place.position, pose[: 2 if self._pose.settings.is_planar else 3])
         if turned:
             factor = quaternion_factor(place.rotation, pose[3:])
@@ -135,6 +149,17 @@ class LinkHandle(Handle):
         if self._pose.settings.is_planar:
             rings = tuple([ring for ring in rings if is_upright(ring, rotation)])
         return Motions(axes, is_in_frame=True, arrows=axes, rings=rings)
+
+    def _goes_all_ways(self) -> bool:
+        """Return whether the joints before it, that come from something, can move and turn it in all ways."""
+        elsewhere = self._pose.elsewhere
+        place = self._place_in(elsewhere)
+        ways = [
+            (*elsewhere.way(joint, place.position), *(elsewhere.axis(joint) if joint.is_turning else NOWHERE))
+            for joint in place.moved_by
+            if has_source(self._pose.position(joint))
+        ]
+        return len(ways) >= ALL_WAYS and int(numpy.linalg.matrix_rank(ways)) == ALL_WAYS
 
     def _place_in(self, kinematics: Kinematics) -> Place:
         """Where it is grabbed, given the places of its robot."""
