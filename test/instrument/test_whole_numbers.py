@@ -7,10 +7,11 @@ import time
 import pytest
 import rosgraph
 from geometry_msgs.msg import Quaternion
+from std_msgs.msg import Float64MultiArray
 
 from support.hand import Hand
 from support.processes import wait_until
-from support.unmodified import Unmodified
+from support.unmodified import Listener, Unmodified
 
 A_WHILE = 2.5  # longer than a drop is looked at, in seconds
 
@@ -99,3 +100,34 @@ def test_a_count_becomes_the_nearest_whole_number_and_stays(hand, tmp_path, step
             wait_until(is_at(hand, nearest * step), 'it to be shown there')
             time.sleep(A_WHILE)
             assert parameter('count') == nearest
+
+
+LAPS = """
+import rospy
+from std_msgs.msg import Float64MultiArray
+
+CONFIG = {'step': 0.5, 'laps': 3, 'points': 4}
+
+
+def main():
+    rospy.init_node('laps')
+    publisher = rospy.Publisher('laps', Float64MultiArray, queue_size=1)
+    points = CONFIG['points'] * 2
+    while not rospy.is_shutdown():
+        laps = list(range(CONFIG['laps'])) + list(range(points))
+        publisher.publish(data=[CONFIG['step'] for _ in laps])
+        rospy.sleep(0.05)
+
+
+main()
+"""
+
+
+def test_an_int_that_is_set_to_a_whole_number_stays_one(master, tmp_path):
+    """Nothing says that it counts: it might take fractions as well."""
+    with Unmodified(tmp_path, 'laps', LAPS):
+        heard = Listener('/laps', Float64MultiArray)
+        wait_until(lambda: heard.last is not None and len(heard.last.data) == 11, 'three and eight')
+        for name, value, count in (('CONFIG_laps', 5, 13), ('CONFIG_points', 2, 9)):
+            subprocess.run(['rosslt', 'set', f'/laps/{name}', str(value)], check=True)
+            wait_until(lambda count=count: len(heard.last.data) == count, f'{name} to be {value}')

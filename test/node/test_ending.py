@@ -123,6 +123,33 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         assert rosslt('force', '/timed/ratio/data', '4').returncode == 0, 'the timer goes on again'
 
 
+@pytest.mark.rostest
+def test_what_does_not_reach_the_line_of_a_timer_that_raises_stays(master):
+    code = """
+        import rosslt.node.location_server as owner
+        owner.SUSPECT = 600.0
+        publisher = rosslt.Publisher('~ratio', Float64, queue_size=1)
+
+        def turn(_event):
+            divisor = rosslt.location(4.0, name='divisor')
+            publisher.publish(rosslt.location(2.0, name='gain'))
+            if rospy.get_param('/driving', False):
+                1.0 / divisor
+
+        rospy.Timer(rospy.Duration(0.05), turn)
+        rospy.spin()
+        """
+    with Node('ticking', code) as node:
+        wait_until(lambda: '/ticking/gain' in rosslt('list', '/ticking').stdout, 'the timer has turned')
+        assert rosslt('set', '/ticking/gain', '5').returncode == 0
+        assert rosslt('set', '/ticking/divisor', '0').returncode == 0, 'the line does not run'
+        rosgraph.Master('/test').setParam('/driving', True)
+        told = 'a callback of a Timer raises after a change, which is taken back: divisor = 0.0'
+        wait_until(lambda: told in node.logged(), node.logged)
+        wait_until(lambda: rosslt('get', '/ticking/divisor').stdout == '4.0\n', 'it is taken back')
+        assert rosslt('get', '/ticking/gain').stdout == '5.0\n'
+
+
 FOLLOWER = """
     publishers = [rosslt.Publisher('~' + name, Float64, queue_size=1) for name in ('error', 'broken', 'command')]
 

@@ -343,8 +343,9 @@ class CellLocation(node.LiteralLocation):
             self.cells.steps[self.number] = plain(self.tracked)
 
     def reading_of(self, value: object) -> Any:
-        # The code reads the number as it says it: an int if the location takes fractions, too.
-        (reading,) = values.lazy([self.literal if value == self.literal else value], [self.origin])
+        # The code reads the number as it says it: an int if the location takes fractions, too, and this is none.
+        is_whole = type(self.literal) is int and type(value) is float and value.is_integer()
+        (reading,) = values.lazy([int(value) if is_whole else value], [self.origin])  # type: ignore[call-overload]
         return reading
 
     def origin(self, value: object) -> Any:

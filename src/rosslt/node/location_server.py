@@ -22,7 +22,7 @@ from rosslt.node.change.fault_localization import described_error, locations_rea
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
-from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS
+from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS, THREAD_ENDS
 from rosslt.node.change.subscriber_calls import AWAITED, SubscriberCalls
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.directory import Directory
@@ -271,8 +271,9 @@ class Owner:
             kept = self._kept_from_before()
             suspects = self.history.since(time.monotonic() - SUSPECT)
             read = locations_read(error, {**self.history.in_force(), **kept})
-            new = [one for one in suspects if one.at > went_well]
-            suspects = new or [one for one in suspects if read.intersection(one.changes)] or suspects
+            suspects = [one for one in suspects if one.at > went_well] or suspects
+            if what_ends not in (ENDS, THREAD_ENDS):  # it is called again: if it still raises, the others go as well
+                suspects = [one for one in suspects if read.intersection(one.changes)] or suspects
             earlier = {**self.history.in_force(but=suspects), **kept}
             raised = described_error(error, earlier, read, self.directory.name)
         if read and not suspects:

@@ -20,7 +20,7 @@ from .graph import evaluate, sources
 from .instructions import AFFINE, CONSTANT, SOURCE, assemble, disassemble
 from .operations import BY_CODE as OPERATIONS
 from .operations import Operation
-from .recording import OPERATION, allow, limit_recording, reapply, spend, timed, widened
+from .recording import OPERATION, allow, limit_recording, reapply, spend, timed, whole, widened
 from .shapes import OtherShape, keeping_shapes
 from .slots import KEEPS_LOCALS, exchange
 from .solve import continued, effects, nearest, slopes, solve, source_values
@@ -101,6 +101,7 @@ __all__ = [
     'to_int',
     'track',
     'untracked',
+    'whole',
     'widened',
 ]
 

@@ -176,6 +176,14 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
     return rebuilt(x, lambda _: next(results))
 
 
+def whole(x: Value) -> Value:
+    """The same number, recorded in the same way, as an int if it has no fraction."""
+    value = plain_scalar(x)
+    if type(x) not in TRACKED or type(value) is not float or not value.is_integer():
+        return x
+    return make(int(value), x._record, x._size)
+
+
 def widened(x: Value) -> Value:
     """`x + 0` of a tracked number, recorded in any case: a whole number that may become a fraction is read so."""
     return apply_and_record(ADD, x, 0)

@@ -290,7 +290,9 @@ def _reapplied_alone(leaf: object, changes: Mapping[Source, messages.Scalar]) ->
 
 
 def _alike(before: object, value: object) -> Any:
-    """A value of the class of the one before: NumPy's number instead of one of NumPy's."""
+    """A value of the class of the one before: NumPy's number for one of NumPy's, a whole number for an int."""
+    if type(values.plain_scalar(before)) is int:
+        value = values.whole(value)
     kind = type(before)
     if type(value) is kind or not hasattr(before, 'tracked'):
         return value
