@@ -14,10 +14,11 @@ from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.geometry import normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
-from rosslt.markers.scene import joints
+from rosslt.markers.scene import joints, links
 from rosslt.markers.scene.handle import BODY, POINTS, Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.node.change import change_request
+from rosslt.node.robot_description import read_robot
 from support.processes import wait_until
 
 URDF = """
@@ -478,3 +479,27 @@ def test_a_hand_that_can_go_all_ways_is_turned_where_it_stands(monkeypatch):
     assert plan.is_exact
     moved = pose_of(**{name: values.track(after.get(int(name[1]), value), source(1)) for name, value in rest.items()})
     assert moved['link hand'].pose == pytest.approx((*hand.pose[:3], *turn))
+
+
+def test_the_place_of_a_link_with_its_provenance_is_where_it_stands(arm):
+    urdf = (Path(__file__).parents[2] / 'config' / 'robot.urdf').read_text(encoding='utf-8')
+    for text, names in ((urdf, [*(f'j{number}' for number in range(1, 8)), 'left']), (ARM, ['shoulder', 'elbow'])):
+        positions = {name: values.track(0.1 + 0.3 * index, source(index)) for index, name in enumerate(names)}
+        robot = read_robot(text)
+        pose = links.RobotPose('/joint_states', robot, positions, Settings())
+        for link in robot.holding:
+            place = pose.plain.link(link)
+            there, turned = pose.with_provenance(link, (0.1, -0.2, 0.3))
+            offset = rotate_vector(place.rotation, (0.1, -0.2, 0.3))
+            assert list(map(float, there)) == pytest.approx([a + b for a, b in zip(place.position, offset)])
+            assert list(map(float, turned)) == pytest.approx(place.rotation), link
+            moving = {found for joint in place.moved_by for found in values.sources(pose.position(joint))}
+            assert set(values.sources([there, turned])) == moving
+
+
+def test_what_a_joint_cannot_move_does_not_come_from_it(arm):
+    robot = read_robot(ARM)
+    pose = links.RobotPose('/joint_states', robot, standing(), Settings())
+    (_, _, z), (x, y, _, _) = pose.with_provenance('hand', (0.0, 0.0, 0.5))
+    assert (z, x, y) == (1.5, 0.0, 0.0)
+    assert not values.sources([z, x, y])

@@ -4,10 +4,8 @@ import functools
 import math
 from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
-from rosslt import node, values
+from rosslt import node
 from rosslt.markers.geometry import AXES, IDENTITY, Rotation, Vector, product, rotate_vector
-
-_SIN, _COS = values.MATH['sin'], values.MATH['cos']
 
 
 class Place(NamedTuple):
@@ -21,16 +19,14 @@ class Place(NamedTuple):
     """
 
     frame: str
-    position: Sequence[Any]
-    rotation: Sequence[Any]
+    position: Sequence[float]
+    rotation: Sequence[float]
     moved_by: Tuple[node.Joint, ...] = ()
 
 
 class Kinematics:
     """The places of the joints and links of a robot, each in the frame of the first link before it of which all joints
     between have known positions: the root, if all have.
-
-    The numbers are tracked if the positions of joints are.
 
     Args:
         robot: how it is made.
@@ -95,14 +91,14 @@ def turned(roll_pitch_yaw: Vector) -> Rotation:
     return result
 
 
-def around(joint: node.Joint, angle: Any) -> Tuple[Any, Any, Any, Any]:
-    """The turn of a joint by an angle, tracked or plain."""
-    sine = _SIN(0.5 * angle)
+def around(joint: node.Joint, angle: float) -> Rotation:
+    """The turn of a joint by an angle."""
+    sine = math.sin(0.5 * angle)
     x, y, z = (part * sine for part in joint.axis)
-    return x, y, z, _COS(0.5 * angle)
+    return x, y, z, math.cos(0.5 * angle)
 
 
-def _moved(start: Place, joint: node.Joint, by: Any) -> Place:
+def _moved(start: Place, joint: node.Joint, by: float) -> Place:
     moved_by = (*start.moved_by, joint)
     if joint.is_turning:
         return start._replace(rotation=product(start.rotation, around(joint, by)), moved_by=moved_by)
@@ -110,5 +106,5 @@ def _moved(start: Place, joint: node.Joint, by: Any) -> Place:
     return start._replace(position=_plus(start.position, way), moved_by=moved_by)
 
 
-def _plus(first: Sequence[Any], second: Sequence[Any]) -> List[Any]:
+def _plus(first: Sequence[float], second: Sequence[float]) -> List[float]:
     return [a + b for a, b in zip(first, second)]

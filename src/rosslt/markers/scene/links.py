@@ -14,6 +14,7 @@ from rosslt.markers.scene.kinematics import Kinematics, Place, turned
 from rosslt.markers.scene.marker import COLOR, laid_over
 from rosslt.markers.scene.rotations import SMALL, is_upright, rings_around
 from rosslt.markers.scene.shapes import sphere
+from rosslt.markers.scene.tracked_kinematics import with_provenance
 
 #: The size of the ball on a link without a shape, relative to that on a pose, and its opacity.
 BALL, BALL_ALPHA = 0.75, 0.6
@@ -46,13 +47,8 @@ class RobotPose:
 
     def __init__(self, topic: str, robot: node.Robot, positions: Dict[str, Any], settings: Settings) -> None:
         self.topic, self.robot, self.settings = topic, robot, settings
-        self._positions = positions
+        self._tracked, self._positions = Kinematics(robot, positions), positions
         self.plain = Kinematics(robot, {name: float(position) for name, position in positions.items()})
-
-    @functools.cached_property
-    def tracked(self) -> Kinematics:
-        """The places of its joints and links with their provenance: computed if somebody drags one."""
-        return Kinematics(self.robot, self._positions)
 
     @functools.cached_property
     def elsewhere(self) -> Kinematics:
@@ -69,7 +65,15 @@ class RobotPose:
 
     def position(self, joint: node.Joint) -> Any:
         """The position of a joint, tracked or plain; None if it is not known."""
-        return self.tracked.position(joint)
+        return self._tracked.position(joint)
+
+    def with_provenance(self, link: str, point: Vector) -> Tuple[List[Any], List[Any]]:
+        """Where a point of a link is, and how it is turned, with the provenance of the joints before it."""
+        joints, frame = [], self.plain.link(link).frame
+        while link != frame:
+            joints.append(self.robot.holding[link])
+            link = joints[-1].parent
+        return with_provenance(joints, list(map(self.position, joints)), point)
 
     def has_handle(self, link: str) -> bool:
         """Return whether a link has a handle, if it moves: it has a shape, or nothing hangs on it."""
@@ -124,13 +128,13 @@ class LinkHandle(Handle):
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose. A link that can do both is turned where it stands."""
-        place = self._place_in(self._pose.tracked)
+        position, rotation = self._pose.with_provenance(self._link, self._grip)
         pairs: List[Tuple[Any, float]] = []
         if moved or (turned and self._goes_all_ways()):
-            pairs += zip(place.position, pose[: 2 if self._pose.settings.is_planar else 3])
+            pairs += zip(position, pose[: 2 if self._pose.settings.is_planar else 3])
         if turned:
-            factor = quaternion_factor(place.rotation, pose[3:])
-            pairs += zip(place.rotation, (factor * part for part in pose[3:]))
+            factor = quaternion_factor(rotation, pose[3:])
+            pairs += zip(rotation, (factor * part for part in pose[3:]))
         return tracked_targets(pairs)
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
