@@ -258,42 +258,6 @@ def test_a_state_in_an_attribute_that_starts_with_a_tracked_value_is_plain():
     assert names['Robot'].sets == 3, 'a property is set once for each statement'
 
 
-PLACES = ['self.pose.x', "self.pose['x']", 'self.pose[0]', 'self.pose[-1]', 'self.pose[self_index]']
-
-
-@pytest.mark.parametrize('place', PLACES)
-def test_a_state_in_a_part_of_an_attribute_is_plain_after_its_first_step(place):
-    kind = 'Stop(0.0)' if '.x' in place else "{'x': 0.0}" if "'x'" in place else '[0.0]'
-    text = f"""
-class Stop:
-    def __init__(self, x):
-        self.x = x
-
-STOPS = [Stop(1.5)]
-self_index = 0
-
-class Robot:
-    def __init__(self):
-        self.pose = {kind}
-        {place} = STOPS[0].x
-
-    def step(self, way):
-        {place} += way
-
-    def read(self):
-        return {place}
-
-robot = Robot()
-start = robot.read()
-robot.step(0.25)
-x = robot.read()
-"""
-    names = run_rewritten(text)
-    assert values.is_tracked(names['start'])
-    assert names['x'] == 1.75
-    assert not values.is_tracked(names['x'])
-
-
 STATE_MACHINE = """
 STOPS = [{{'x': 1.5, 'y': 2.5}}, {{'x': 4.5, 'y': -1.5}}]
 LIFT = 0.25
@@ -630,8 +594,8 @@ for _ in range(10):
 cell = made.cells[1][2]
 """
     )
+    assert names['cell']._size < 300  # two operations for each step would be more
     assert names['cell'] == pytest.approx(0.5 - 200 * 0.4)
-    assert not values.is_tracked(names['cell'])
     assert all(values.is_tracked(names[name]) for name in ('fresh', 'row'))
 
 

@@ -94,11 +94,6 @@ def plain(value: Any) -> Any:
     return value
 
 
-def is_tracked(value: Any) -> bool:
-    """Return whether a value is a number, a text or a truth value with provenance."""
-    return type(value) in values.TRACKED_CLASSES
-
-
 def plain_parts(parts: Any, *others: int) -> Any:
     """What a statement unpacks to several targets, the parts for states `plain`.
 

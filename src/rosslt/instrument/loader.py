@@ -24,7 +24,6 @@ from rosslt.instrument.tree_rewriting import (
     CELLS,
     CONVERSIONS,
     CONVERT,
-    IS_TRACKED,
     OBJECT,
     OPERATORS,
     PLAIN,
@@ -142,7 +141,6 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     found[name_of_cells(path, made.digest)] = names[CELLS]
     found[PLAIN] = cells.plain
     found[PLAIN_PARTS] = cells.plain_parts
-    found[IS_TRACKED] = cells.is_tracked
     found[OBJECT] = cells.plain_object
     found[SAME] = cells.is_same
     found[TAKEN] = node.taken

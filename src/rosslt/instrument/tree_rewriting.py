@@ -17,12 +17,11 @@ from rosslt.instrument.states import find_states
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
 #: The names that rewritten code finds among Python's own, whatever its globals are.
-ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, IS_TRACKED, OBJECT, SAME, TAKEN = (
+ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, OBJECT, SAME, TAKEN = (
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
     '__rosslt_plain_parts__',
-    '__rosslt_is_tracked__',
     '__rosslt_object__',
     '__rosslt_same__',
     '__rosslt_taken__',
@@ -393,7 +392,6 @@ class _Rewriter(ast.NodeTransformer):
         is_same = operator is not None and self._is_same_twice(node.target, node.value)
         is_needed = is_same and self._may_be_hidden(node.value)
         is_plain = id(node.value) in self._cells and self._cells[id(node.value)][1].rule == 'step'
-        is_part = _is_part_of_name(node.target)
         self.generic_visit(node)
         if not is_step and is_needed:
             read = _loaded(node.target)
@@ -406,29 +404,11 @@ class _Rewriter(ast.NodeTransformer):
         if isinstance(node.target, ast.Attribute) and is_same:  # it is set once, as it may be a property
             value = _call(in_place(OPERATORS[type(node.op)]), [_loaded(node.target), node.value], node)
             return ast.copy_location(ast.Assign(targets=[node.target], value=_call(PLAIN, [value], node)), node)
-        if is_part:
-            again = ast.Assign(targets=[copy.copy(node.target)], value=_call(PLAIN, [_loaded(node.target)], node))
-            test = _call(IS_TRACKED, [_loaded(node.target)], node)
-            strip = ast.If(test=test, body=[ast.copy_location(again, node)], orelse=[])
-            return [node, ast.copy_location(strip, node)]
         if not isinstance(node.target, ast.Name):
             return node
         read = ast.copy_location(ast.Name(id=node.target.id, ctx=ast.Load()), node.target)
         again = ast.Assign(targets=[copy.copy(node.target)], value=_call(PLAIN, [read], node))
         return [node, ast.copy_location(again, node)]
-
-
-def _is_part_of_name(target: ast.expr) -> bool:
-    """Return whether a target is an attribute or element of what a name stands for, by names and constants alone."""
-    part: Any = target
-    while isinstance(part, (ast.Attribute, ast.Subscript)):
-        if isinstance(part, ast.Subscript):
-            index: Any = part.slice if _HAS_PLAIN_INDEX else getattr(part.slice, 'value', part.slice)
-            index = index.operand if isinstance(index, ast.UnaryOp) else index
-            if not isinstance(index, (ast.Constant, ast.Name)):
-                return False
-        part = part.value
-    return isinstance(part, ast.Name) and part is not target
 
 
 _HAS_PLAIN_INDEX = not hasattr(ast, 'Index') or not isinstance(
