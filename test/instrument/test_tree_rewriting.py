@@ -215,49 +215,6 @@ def test_a_state_that_starts_with_a_tracked_value_does_not_grow():
     assert not values.is_tracked(names['t'])
 
 
-ROBOT = """
-class Stop:
-    def __init__(self, x):
-        self.x = x
-
-STOPS = [Stop(1.5)]
-
-class Robot:
-    sets = 0
-
-    def __init__(self):
-        self.x = self.mirrored = STOPS[0].x
-
-    @property
-    def mirrored(self):
-        return -self.kept
-
-    @mirrored.setter
-    def mirrored(self, value):
-        self.kept = -value
-        Robot.sets += 1
-
-    def step(self, way):
-        self.x += way
-        self.mirrored -= way
-
-robot = Robot()
-start = robot.x
-robot.step(0.25)
-robot.step(STOPS[0].x)
-x, mirrored = robot.x, robot.mirrored
-"""
-
-
-def test_a_state_in_an_attribute_that_starts_with_a_tracked_value_is_plain():
-    names = run_rewritten(ROBOT)
-    assert values.is_tracked(names['start'])
-    assert (names['x'], names['mirrored']) == (3.25, -0.25)
-    assert not values.is_tracked(names['x'])
-    assert not values.is_tracked(names['mirrored'])
-    assert names['Robot'].sets == 3, 'a property is set once for each statement'
-
-
 STATE_MACHINE = """
 STOPS = [{{'x': 1.5, 'y': 2.5}}, {{'x': 4.5, 'y': -1.5}}]
 LIFT = 0.25

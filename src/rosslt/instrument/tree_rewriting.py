@@ -389,8 +389,9 @@ class _Rewriter(ast.NodeTransformer):
     def visit_AugAssign(self, node: ast.AugAssign) -> Union[ast.AST, List[ast.stmt]]:
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
-        is_same = operator is not None and self._is_same_twice(node.target, node.value)
-        is_needed = is_same and self._may_be_hidden(node.value)
+        is_needed = (
+            operator is not None and self._is_same_twice(node.target, node.value) and self._may_be_hidden(node.value)
+        )
         is_plain = id(node.value) in self._cells and self._cells[id(node.value)][1].rule == 'step'
         self.generic_visit(node)
         if not is_step and is_needed:
@@ -401,9 +402,6 @@ class _Rewriter(ast.NodeTransformer):
             return node
         if not is_plain:
             node.value = _call(PLAIN, [node.value], node.value)
-        if isinstance(node.target, ast.Attribute) and is_same:  # it is set once, as it may be a property
-            value = _call(in_place(OPERATORS[type(node.op)]), [_loaded(node.target), node.value], node)
-            return ast.copy_location(ast.Assign(targets=[node.target], value=_call(PLAIN, [value], node)), node)
         if not isinstance(node.target, ast.Name):
             return node
         read = ast.copy_location(ast.Name(id=node.target.id, ctx=ast.Load()), node.target)
