@@ -506,7 +506,7 @@ def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
     wait_until(lambda: asked == [{C: 1.0}], 'the shift to be asked for')
     take(scene, box_at(values.track(1.0, C) + 0.5 * values.track(8.0, B)))
     assert drags.release('/boxes::0', 'world', at(3.0))
-    wait_until(lambda: not scene.is_held('/boxes::0'), 'it goes where its messages have it')
+    wait_until(lambda: notes.said and not scene.is_held('/boxes::0'), 'it goes where its messages have it')
     assert (asked, set(notes.said)) == ([{C: 1.0}], {f'it comes from {C}, {B} now'})
 
 
