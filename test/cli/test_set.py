@@ -124,11 +124,12 @@ def test_a_number_that_ends_the_main_program_is_refused(master):
     with Node('halting', HALTING) as node:
         line = node.line_of('1.0 / scale')
         raised = f'/halting raises ZeroDivisionError: float division by zero (halting.py:{line}), which ends the node'
+        assert node.read_line() == 'ready'
         for _ in range(2):
-            assert node.read_line() == 'ready'
             assert failure('set', '/halting/scale', '0') == f'rosslt set: {raised}; taken back'
             assert node.process.wait(30) == 1
             node.start()
+            assert node.read_line() == 'ready'
             assert rosslt('get', '/halting/scale').stdout == '2.0\n'
 
 
@@ -142,6 +143,7 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         assert any(one.startswith(raised) and one.endswith('; taken back') for one in told), told
         assert node.process.wait(30) == 1
         node.start()
+        assert node.read_line() == 'ready'
         assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
         assert rosslt('get', '/stopping/other').stdout == '3.0\n'
 
@@ -156,6 +158,7 @@ def test_what_else_is_taken_back_with_a_change_is_named(master):
         assert told.endswith(', which ends the node and takes back other 3.0 -> 4.0, too; taken back'), told
         assert node.process.wait(30) == 1
         node.start()
+        assert node.read_line() == 'ready'
         assert rosslt('get', '/ceasing/other').stdout == '3.0\n'
 
 
