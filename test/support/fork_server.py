@@ -169,12 +169,12 @@ def serve(control):
         if pid == 0:
             if os.fork():
                 os._exit(0)
-            control.close()
-            _attend(json.loads(request), *descriptors)
-            return
+            break  # the loop is none of the program's
         os.waitpid(pid, 0)
         for descriptor in descriptors:
             os.close(descriptor)
+    control.close()
+    _attend(json.loads(request), *descriptors)
 
 
 def _attend(request, *descriptors):
