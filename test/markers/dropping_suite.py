@@ -25,7 +25,7 @@ class Dropping(unittest.TestCase):
         cls.hand, cls.live = Hand(), Hand('/live')
         cls.changes = []
         rospy.Subscriber('/branching_stage/rosslt/changes', AppliedChange, cls.changes.append)
-        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off', 'patrol'):
+        for name in ('steeper', 'limited', 'gap', 'moving', 'ticking', 'setting_off', 'patrol', 'gone_on'):
             cls.hand.marker(handle(name))
         for name in ('patrol', 'spaced'):
             cls.live.marker(handle(name))
@@ -131,6 +131,12 @@ class Dropping(unittest.TestCase):
         wait_until(lambda: 'off' in self.changed(), 'the source to follow')
         wait_until(lambda: self.hand.position(handle('setting_off'))[0] > 30.01, 'it to move on')
         self.assertEqual(len(self.values_of('off')), 1, self.values_of('off'))
+
+    def test_what_its_node_only_began_with_is_changed_back(self):
+        """What it has gone on from is no longer the source's value."""
+        self.drop('gone_on', 30.0)
+        wait_until(lambda: self.values_of('begun')[-1:] == [0.0], lambda: f'it to be undone: {self.values_of("begun")}')
+        wait_until(lambda: self.hand.position(handle('gone_on'))[0] < 5.0, 'the cube to be where its node has it')
 
     def values_of(self, name):
         """What a location has become, in turn."""

@@ -707,6 +707,22 @@ def test_a_drop_that_makes_a_node_raise_is_taken_back_and_the_handle_goes_back(a
     assert (asked, one.taken_back) == ([{A: 2.0}], [{'/owner'}])
 
 
+def test_a_drop_that_newer_messages_do_not_show_is_taken_back(asked, present, monkeypatch):
+    """As of a robot that has begun at a waypoint, and goes on from where it is."""
+    monkeypatch.setattr(drop_check, 'TIMEOUT', 0.5)
+    present[A] = 1.0
+    one, ticks = Raising(asked, monkeypatch, '/nobody', is_live=False), itertools.count(1)
+    assert one.drags.release('/boxes::0', 'world', at(2.0))
+
+    def is_told():
+        take(one.scene, box_at(values.track(1.0, A) + 0.001 * next(ticks)))
+        return f'its messages still come from the old value of {A}; taken back' in one.notes.said
+
+    wait_until(is_told, 'the hand to be told')
+    wait_until(lambda: not one.scene.is_held('/boxes::0'), 'it goes back')
+    assert (asked, one.taken_back) == ([{A: 2.0}], [{'/owner'}])
+
+
 def dropped_at_two(scene, change=lambda: False):
     """What was dropped at x = 2, from A = 1, and is expected to have become 2."""
     take(scene, box_at(values.track(1.0, A)))

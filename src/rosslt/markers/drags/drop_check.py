@@ -46,6 +46,11 @@ class Drop:
         return bool(self.loop.seen)
 
     @property
+    def is_passed_by(self) -> bool:
+        """True if messages that came after the last change still have the thing from the values before it."""
+        return self.loop.old > 1 and not self.loop.seen
+
+    @property
     def is_elsewhere(self) -> bool:
         """True once the thing stays elsewhere, whatever its sources were made."""
         return self.loop.is_over and not self.loop.is_reached and self.loop.last is not None

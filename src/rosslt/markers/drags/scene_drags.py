@@ -208,7 +208,12 @@ class Drags:
             self._scene.let_go(name)
         elif not drop.is_seen:
             why = self._why_left(drag, self._scene.handle(name) or drag.handle)
-            self._scene.say(drag.handle, f'changed; {why}' if why else 'changed, but not shown yet')
+            if not why and drop.is_passed_by and self._is_in_force(drag):
+                kept = f'its messages still come from the old value of {self._names(drag.request.after)}'
+                self._scene.say(drag.handle, f'{kept}; {self._take_back(drag)}')
+                self._scene.let_go(name)
+            else:
+                self._scene.say(drag.handle, f'changed; {why}' if why else 'changed, but not shown yet')
         elif drag.is_exact and not drag.went_on and drop.is_elsewhere and self._is_in_force(drag):
             parts = ['its node shows it elsewhere than it was dropped, and computes it in another way']
             if drag.refusal:
