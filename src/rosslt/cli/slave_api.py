@@ -1,4 +1,4 @@
-"""What nodes say of themselves by ROS's slave API: whether they are Python, and the types of their topics."""
+"""Asks nodes by ROS's slave API whether they are Python, and for the types of their topics."""
 
 import http.client
 import urllib.parse

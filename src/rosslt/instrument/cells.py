@@ -95,7 +95,7 @@ def plain(value: Any) -> Any:
 
 
 def plain_parts(parts: Any, *others: int) -> Any:
-    """What a statement unpacks to several targets, the parts for states `plain`.
+    """Return the parts that a statement unpacks to several targets; those for states are made `plain`.
 
     Args:
         others: the indices of the targets that are no states.

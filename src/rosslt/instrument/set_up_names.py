@@ -242,7 +242,7 @@ class SetUp:
         node.MEMORY.is_over = self._is_over
 
     def forget(self) -> None:
-        """Another module may read any name of the program."""
+        """Forget all names: another module may read any of them."""
         self._ways = {}
 
     def _is_over(self, owner: object, key: object) -> bool:

@@ -69,7 +69,7 @@ class Signatures:
         return names[index] if index < len(names) else None
 
     def _of_class(self, made: ast.ClassDef) -> List[str]:
-        """What the calls of a class take; nothing if something else than the module says so."""
+        """Return the parameters of a class's calls; none if they are not defined in the module."""
         own = {part.name: part for part in made.body if isinstance(part, _FUNCTIONS)}
         is_data = len(made.decorator_list) == 1 and _is_dataclass(made.decorator_list[0])
         if made.keywords or '__new__' in own or (made.decorator_list and not is_data):

@@ -40,7 +40,7 @@ def _rows(node: ast.AST) -> List[ast.expr]:
 
 
 def _shape(node: ast.AST) -> _Shape:
-    """What rows that are alike have in common."""
+    """Return the key that rows of the same shape share."""
     if isinstance(node, (ast.List, ast.Tuple)):
         return ('list', *map(_shape, node.elts))
     if isinstance(node, ast.Dict):

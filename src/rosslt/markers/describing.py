@@ -71,7 +71,8 @@ class Descriptions:
         return 'takes no change' if place.read_only else place.location.at_next_start
 
     def rank(self, source: values.Source) -> int:
-        """How willingly a source is changed if several could be: 0 first, and if nothing is known of it."""
+        """Return the rank of a source: among several that could change, the lowest rank changes first. 0 if nothing is
+        known of it."""
         place = self._directory.of(source)
         return 0 if place is None else place.location.rank
 

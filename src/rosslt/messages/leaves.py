@@ -27,7 +27,7 @@ def has_tracked_leaf(message: Message) -> bool:
 
 
 def leaf_count(message: Message) -> int:
-    """How many leaves a message has."""
+    """Return the number of leaves of a message."""
     count: int = walkers(message.__class__).collect(message, 0, [], -1)
     return count
 

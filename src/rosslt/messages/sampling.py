@@ -93,7 +93,7 @@ def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
 
 
 def thing_of(message: Message) -> Hashable:
-    """What a message is about, as its ThingReader names it: a key of a dictionary, which keeps it untracked."""
+    """Return the thing that a message is about, as its ThingReader names it: a key of a dictionary, kept untracked."""
     return thing_reader(message.__class__)(message)
 
 

@@ -61,7 +61,7 @@ class Joint(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """How a part of a link looks.
+    """The shape of a part of a link.
 
     Attributes:
         kind: one of `box`, `cylinder`, `sphere` and `mesh`.

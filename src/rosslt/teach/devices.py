@@ -33,7 +33,7 @@ class Unusable(Exception):
 
 
 class Options(NamedTuple):
-    """What a user has chosen for a device.
+    """The options that a user has chosen for a device.
 
     Attributes:
         axes: the numbers of the axes of a Joy that are x, y and z.

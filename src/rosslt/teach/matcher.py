@@ -19,7 +19,7 @@ OLD = 1.0
 
 
 class Answer(NamedTuple):
-    """What came of a press.
+    """The result of a press.
 
     Attributes:
         is_done: whether all is as measured, or as near as possible.
@@ -216,7 +216,7 @@ class Matcher:
 
 
 def _distances(aims: Sequence[node.Aim], seen: Sequence[float]) -> str:
-    """How far each of numbers is from what was measured."""
+    """Return the distance of each number from its measured value."""
     told, is_off = [], False
     for aim, value in zip(aims, seen):
         _, type_ = messages.part_at(aim.heard.message, aim.path)

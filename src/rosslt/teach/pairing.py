@@ -43,7 +43,7 @@ class Field(NamedTuple):
 
 
 class NotYet(NotTaught):
-    """What was heard so far does not do; what comes may."""
+    """The messages so far do not suffice; later ones may."""
 
 
 class Pair(NamedTuple):

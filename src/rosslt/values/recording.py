@@ -177,7 +177,7 @@ def reapply(x: Value, changes: Mapping[Source, Value]) -> Value:
 
 
 def whole(x: Value) -> Value:
-    """The same number, recorded in the same way, as an int if it has no fraction."""
+    """Return the number as an int if it has no fraction, with the same record."""
     value = plain_scalar(x)
     if type(x) not in TRACKED or type(value) is not float or not value.is_integer():
         return x

@@ -1,4 +1,4 @@
-"""Whether an array may get another shape when its expressions are evaluated for other numbers.
+"""Says whether an array may get another shape when its expressions are evaluated for other numbers.
 
 An expression knows one element, so it has a value as long as the array has that element. Who replaces elements in an
 array that stays needs to know that its shape is still the same.
@@ -10,7 +10,7 @@ from typing import Iterator
 
 
 class OtherShape(ArithmeticError):
-    """For these numbers, NumPy makes an array of another shape."""
+    """Raised if NumPy makes an array of another shape for other numbers."""
 
 
 class _Kept(threading.local):

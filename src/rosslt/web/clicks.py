@@ -1,5 +1,4 @@
-"""What visitors have clicked: each of them selects one thing, and all see the handles of what any of them has
-selected."""
+"""The clicks of visitors: each selects one thing, and all see the handles of every selected thing."""
 
 from typing import ContextManager, Dict, Set
 

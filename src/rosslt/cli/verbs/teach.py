@@ -220,7 +220,7 @@ def _axes(text: str) -> Tuple[int, int, int]:
 
 
 class Screen:
-    """What a person sees: who holds what, its numbers as they change, and what is said.
+    """The screen of a terminal: it shows who holds which thing, its numbers as they change, and messages.
 
     Args:
         by: the topic of the device.

@@ -147,7 +147,7 @@ def _shortened(
 
 
 def _distance(tracked: Sequence[Any], targets: Sequence[float], trial: Dict[values.Source, Any]) -> float:
-    """How far source values leave tracked values from their targets; infinite if they are undefined there."""
+    """Return how far source values leave tracked values from their targets; infinite if these have no value then."""
     try:
         return math.dist(list(map(float, values.evaluate(list(tracked), trial))), targets)
     except (ArithmeticError, ValueError):

@@ -155,7 +155,7 @@ def open_rviz(arguments: Sequence[str] = ()) -> int:
 
 
 class Shown:
-    """What RViz shows, and what it is to show next.
+    """The displays that RViz has, and those that it is to get next.
 
     Args:
         fixed_frame: RViz's fixed frame; by default the one that most topics use.

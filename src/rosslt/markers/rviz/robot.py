@@ -1,4 +1,4 @@
-"""Whether the robot of `robot_description` is there: RViz draws a white heap if no node says how its parts stand.
+"""Decides whether RViz draws the robot of `robot_description`: without poses of its parts, it draws a white heap.
 
 The parameter server keeps the description when the robot's nodes have ended.
 """
@@ -15,7 +15,7 @@ from rosslt import node, values
 
 
 class Robot:
-    """What nodes say of the joints and links of a robot, by any of their topics."""
+    """The joints and links of a robot that nodes send the poses of, on any of their topics."""
 
     def __init__(self) -> None:
         self._named: Dict[str, Set[str]] = collections.defaultdict(set)  # {node: joints and frames that it has named}

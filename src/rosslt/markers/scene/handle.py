@@ -76,7 +76,7 @@ class Motions(NamedTuple):
         return any(self.axes) or bool(self.rings)
 
     def without_controls(self, can_thing_move: bool) -> 'Motions':
-        """The same with the body alone to be grabbed.
+        """Return a copy of which only the body can be grabbed.
 
         Args:
             can_thing_move: whether any handle of its thing can be moved.
@@ -179,7 +179,7 @@ class Handle:
         raise NotImplementedError
 
     def asked(self, can_change: CanChange) -> List[Any]:
-        """Those of its tracked values that a drag may ask to become others.
+        """Return the tracked values that a drag may ask to become others.
 
         Args:
             can_change: as in `motions`.
@@ -188,7 +188,7 @@ class Handle:
         return self.tracked
 
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
-        """How far a pose has it turned around its only axis, in radians, if it can be turned more than once around.
+        """Return the angle of a pose around its only axis, in radians; it can turn more than once around.
 
         Args:
             near: of the turns that look alike, the one nearest to this is meant; by default nearest to the present one.

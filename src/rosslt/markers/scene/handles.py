@@ -108,7 +108,7 @@ class PoseHandle(Handle):
         return tracked_targets(pairs)
 
     def asked(self, can_change: CanChange) -> List[Any]:
-        """Those of its tracked values that a drag may ask to become others.
+        """Return the tracked values that a drag may ask to become others.
 
         In 2D, a turn of what stands upright leaves the x and y of its quaternion 0.
         """
@@ -186,7 +186,7 @@ class PointHandle(Handle):
         return tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
 
     def asked(self, can_change: CanChange) -> List[Any]:
-        """Those of its tracked values that a drag may ask to become others."""
+        """Return the tracked values that a drag may ask to become others."""
         del can_change
         return [number for number in self._point[: 2 if self._is_planar else 3] if has_source(number)]
 
@@ -238,7 +238,7 @@ class ScaleHandle(Handle):
 
     @property
     def is_upright(self) -> bool:
-        """Whether it moves along z of its frame."""
+        """True if it moves along z of its frame."""
         return math.isclose(abs(self._direction[2]), 1.0)
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:

@@ -16,7 +16,7 @@ FEW = 3
 
 
 class Selection:
-    """What is drawn of the handles of a scene.
+    """The drawn parts of the handles of a scene.
 
     Args:
         shows_all: whether all handles are drawn with all controls, also those of numbers that only fill a field.

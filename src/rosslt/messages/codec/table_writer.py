@@ -153,7 +153,7 @@ class TableWriter:
         return floats, whole, ints
 
     def counts(self) -> Tuple[int, int, int]:
-        """How many sources, lists of sources and coefficients there are."""
+        """Return the numbers of sources, lists of sources and coefficients."""
         return len(self._sources), len(self._source_lists), len(self._coefficients)
 
     def flags(self) -> int:

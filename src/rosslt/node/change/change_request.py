@@ -18,7 +18,7 @@ from rosslt.values import Source
 
 
 class Shown(enum.Enum):
-    """What a message shows of a change."""
+    """The state of a change that a message shows."""
 
     NOTHING = 'it lacks one of the changed sources'
     OLD = 'it comes from a value that a source had before'
@@ -27,7 +27,7 @@ class Shown(enum.Enum):
 
 
 class ChangeRequest:
-    """What one request has changed in all nodes so far.
+    """A request, with all that it has changed in all nodes so far.
 
     Args:
         timeout: how long to wait for the answers of owners, in seconds.
@@ -86,7 +86,7 @@ class ChangeRequest:
         return {source.node for source in self.before}
 
     def shown_by(self, readings: Mapping[Source, Sequence[messages.Scalar]]) -> Shown:
-        """What a message shows of it.
+        """Return the state of the change that a message shows.
 
         Args:
             readings: {source: its values that the message was computed from}; a counter or an integral has several.

@@ -22,7 +22,7 @@ MOST_ELEMENTS = 1000
 
 
 def locations_read(error: BaseException, locations: Collection[Location]) -> Set[Location]:
-    """Those locations that are in the line that an exception comes from, or reach what that line reads."""
+    """Return the locations that are in the line that raised an exception, or reach the names that this line reads."""
     frame, line = raised_in(error)
     file = os.path.realpath(frame.f_code.co_filename)
     reached = {source for value in _read_in(frame, line) for source in values.sources(value)}
@@ -94,7 +94,7 @@ def _read_in(frame: types.FrameType, line: int) -> Iterator[Any]:
 
 
 def _value_of(part: ast.AST, names: Dict[str, Any]) -> Any:
-    """What a constant, a variable, an attribute or an element stands for; None if that is not known."""
+    """Return the value of a constant, a variable, an attribute or an element; None if it is not known."""
     if isinstance(part, ast.Constant):
         return part.value
     if isinstance(part, ast.UnaryOp) and isinstance(part.op, ast.USub):

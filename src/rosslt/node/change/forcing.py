@@ -479,7 +479,7 @@ class Forcing:
         return _short(', '.join(found) or str(values.untracked(part)))
 
     def _path_of(self, leaf: str) -> str:
-        """What a leaf of the field is called, by its path in it."""
+        """Return the name of a leaf of the field, by its path in it."""
         return leaf
 
     def _why_silent(self) -> str:

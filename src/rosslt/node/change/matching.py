@@ -138,7 +138,7 @@ class Matching(Forcing):
     def _of(
         self, aims: Sequence[Aim], heard: Dict[_Stream, Heard], wanted: Optional[List[float]] = None
     ) -> Optional[Observation]:
-        """What messages show of some numbers; None if one lacks one of them."""
+        """Return the values of some numbers in messages; None if a message lacks one of them."""
         wanted = [aim.wanted for aim in aims] if wanted is None else wanted
         try:
             found = [messages.part_at(heard[_stream_of(aim.heard)].message, aim.path) for aim in aims]

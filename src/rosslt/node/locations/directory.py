@@ -237,7 +237,8 @@ class Directory:
         return limits
 
     def held(self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]] = ()) -> List[values.Source]:
-        """What stays if a thing changes, as far as known: all else of each number that comes from what is its own.
+        """Return the sources that stay if a thing changes, as far as known: if a number has a source of its own, its
+        others.
 
         If a thing comes from a single row of a table, as of a list of waypoints, it is one of several things, and the
         numbers of the row are its own. Of other numbers, what is shared stays, if the thing can go all ways without it.

@@ -345,7 +345,7 @@ class Readable(Protocol):
         """The value in force."""
 
     def read_in_round(self) -> None:
-        """As of `Location`."""
+        """Override the attribute of `Location`."""
 
 
 class Locations:

@@ -1,4 +1,4 @@
-"""Which numbers come from which sources, of all things on a screen or in a message: what others come from as well."""
+"""Notes the sources of all numbers on a screen or in a message, to tell which sources several things share."""
 
 import ctypes
 import re

@@ -1,4 +1,4 @@
-"""Which modules are the node's own: its main module, and those of its author.
+"""Tells the node's own modules from others: its main module, and those of its author.
 
 The standard library, packages installed by Debian, pip or ROS, and rosslt itself are nobody's own.
 """

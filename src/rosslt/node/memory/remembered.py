@@ -206,7 +206,7 @@ def _has_elements(owner: object) -> bool:
 
 
 def _left_in(owner: object, others: Dict[int, object]) -> Tuple[Any, ...]:
-    """Those of the elements that were put into a list or deque: the node may have removed some before."""
+    """Return the new elements that a list or deque now has: the node may have removed some before."""
     held = set(map(id, elements_of(owner)))
     return tuple(other for other in others.values() if id(other) in held)
 

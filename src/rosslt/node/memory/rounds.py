@@ -161,7 +161,7 @@ def _is_in_round(frame: Optional[types.FrameType]) -> bool:
 
 
 def own_stack(frame: Optional[types.FrameType]) -> Stack:
-    """What is running."""
+    """Return the node's own functions that are running."""
     found = []
     while frame is not None:
         if is_own_module(frame.f_globals):

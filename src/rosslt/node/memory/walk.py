@@ -1,4 +1,4 @@
-"""One walk over all that is the node's own: which places hold something tracked?
+"""Walks once over all that is the node's own, and notes the places that hold something tracked.
 
 It runs none of the node's own code: classes are asked through what Python itself keeps of them, which no metaclass,
 property or `__getattribute__` can stand in for.
@@ -52,7 +52,7 @@ class Slot:
 
 
 class Walk:
-    """One walk.
+    """A walk over all that is the node's own.
 
     Attributes:
         slots: the places that hold something tracked.
@@ -122,7 +122,7 @@ class Walk:
         return type(module) is str and self._own_names.get(module, False)
 
     def _looks_of(self, kind: type) -> Sequence[_Look]:
-        """What looks into the objects of a class."""
+        """Return the functions that look into the objects of a class."""
         looks = self._looks.get(id(kind))
         if looks is None:
             self._kinds[id(kind)] = kind
@@ -222,7 +222,7 @@ class Walk:
     }
 
     def _look_at_attributes(self, kind: type) -> _Look:
-        """What looks at the attributes of the objects of a class."""
+        """Return a function that looks at the attributes of the objects of a class."""
         names = {name: thing for one in reversed(_bases_of(kind)) for name, thing in _names_of(one).items()}
         attributes = names.pop('__dict__', None)
         has_attributes = type(attributes) in (types.GetSetDescriptorType, types.MemberDescriptorType)

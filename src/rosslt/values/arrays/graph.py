@@ -163,8 +163,8 @@ class Node:
         return made if is_same or difference <= self._noise() else ()
 
     def _noise(self) -> float:
-        """What may be left of numbers that cancel out: if its expression gives 0, NumPy may have rounded, or the other
-        way round."""
+        """Return what rounding may leave of numbers that cancel out: the expression may give 0 and NumPy not, or the
+        other way round."""
         if self._rounding is None:
             unit = numpy.finfo(self.kind).eps if issubclass(self.kind, numpy.floating) else 0.0
             self._rounding = float(NOISE * unit * max(_largest(self.elements()), self._summed))
@@ -196,7 +196,7 @@ class Node:
         self.call, self.operands = None, ()
 
     def objects(self, of: Callable[[Any], Any]) -> Any:
-        """What a function makes of the elements, as an array of objects."""
+        """Return the results of a function for the elements, as an array of objects."""
         made = numpy.empty(len(self.elements()), object)
         made[:] = [of(element) for element in self.elements()]
         return made.reshape(self.shape)
@@ -255,7 +255,7 @@ def _below(node: Node) -> List[_Step]:
 
 
 class _Trace:
-    """What functions do to symbols.
+    """The use that functions make of symbols.
 
     Attributes:
         left: how many operations may still be done; below 0 there were too many.
@@ -340,7 +340,7 @@ def _called(order: List[_Step]) -> List[Any]:
 
 
 class _OfOtherShape(numpy.ndarray):
-    """What a call gives for numbers with which an array has another shape: elements that it has not have no value."""
+    """The result of a call for numbers with which an array has another shape; missing elements have no value."""
 
     def item(self, *place: Any) -> Any:
         if are_kept():

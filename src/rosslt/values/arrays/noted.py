@@ -10,7 +10,7 @@ Index = Tuple[int, ...]
 
 
 class Noted:
-    """What an array holds now.
+    """The elements of an array at one moment.
 
     Args:
         array: with provenance.

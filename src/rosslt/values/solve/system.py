@@ -62,7 +62,8 @@ class System(Descents):
         return self.tidied(best)
 
     def fewest(self) -> List[Source]:
-        """As many unknowns as the results can move in ways at the present values: three for a point.
+        """Return as few unknowns as move the results in all ways that they can move at the present values: three for a
+        point.
 
         Each is the one that moves the results most, in its scale, in a way that those before it do not (QR with column
         pivoting; Golub and Van Loan, Matrix Computations, section 5.4); of those that move them alike, the largest.
