@@ -161,8 +161,12 @@ def begin(seed):
     return [[[r.uniform(-2, 2) for _ in range(int(numpy.prod(shape)))] for shape in shapes] for _ in range(2)], shapes
 
 
-def run(n, arrays, seed):
-    """The results of the steps of a program: arrays and numbers, or the class of what a step raises."""
+def run(n, arrays, seed, carry=lambda result: result):
+    """The results of the steps of a program: arrays and numbers, or the class of what a step raises.
+
+    Args:
+        carry: makes of each result the one that later steps get.
+    """
     r, known, results = random.Random(seed), list(arrays), []
     for _ in range(r.randint(2, 6)):
         a, b, is_writer, part = r.choice(known), r.choice(known), r.random() < 0.3, random.Random(r.random())
@@ -178,6 +182,6 @@ def run(n, arrays, seed):
             continue
         for one in made if type(made) in (list, tuple) else [made]:
             if getattr(one, 'size', 100) < 100:
-                known.append(n.asarray(one) if r.random() < 0.8 else one)
+                known.append(carry(n.asarray(one) if r.random() < 0.8 else one))
                 results.append(one)
     return results
