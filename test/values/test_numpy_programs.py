@@ -19,7 +19,7 @@ PARTS = 8
 
 def plain_run(numbers, shapes, seed, factor=1):
     """The results of a program, each off by a factor as later steps get it."""
-    arrays = [np.reshape(part, shape) * factor for part, shape in zip(numbers, shapes)]
+    arrays = [np.reshape(np.multiply(part, factor), shape) for part, shape in zip(numbers, shapes)]
     return numpy_programs.run(np, arrays, seed, lambda result: result if factor == 1 else result * factor)
 
 
