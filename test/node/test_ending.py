@@ -65,6 +65,30 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
 
 
 @pytest.mark.rostest
+def test_what_ends_the_node_later_is_named_with_old_changes(master):
+    """Nothing tells whether one of them reaches the line."""
+    code = """
+        import rosslt.node.location_server as owner
+
+        owner.SUSPECT = 0.0
+        count = rosslt.location(1, name='count')
+        print('ready', flush=True)
+        sys.stdin.readline()
+        length = len(range(count))
+        [2.0, 3.0][length]
+        """
+    with Node('indexing', code) as node:
+        assert node.read_line() == 'ready'
+        assert rosslt('set', '/indexing/count', '2').returncode == 0
+        node.process.stdin.write('\n')
+        node.process.stdin.flush()
+        assert node.process.wait(30) == 1
+        told = 'the node ends after what was changed before\nIndexError: list index out of range (indexing.py:'
+        wait_until(lambda: told in node.logged(), lambda: node.logged())
+        assert 'changed before: count 1 -> 2 (`rosslt set /indexing/count 1` takes it back)' in node.logged()
+
+
+@pytest.mark.rostest
 def test_a_location_keeps_to_what_the_field_holds_that_it_is_sent_in(master):
     code = """
         from std_msgs.msg import Int32, UInt8

@@ -276,8 +276,8 @@ class Owner:
                 suspects = [one for one in suspects if read.intersection(one.changes)] or suspects
             earlier = {**self.history.in_force(but=suspects), **kept}
             raised = described_error(error, earlier, read, self.directory.name)
-        if read and not suspects:
-            rospy.logerr('%sfrom what was changed before\n%s', what_ends, raised)
+        if not suspects and (read or (earlier and what_ends in (ENDS, THREAD_ENDS))):
+            rospy.logerr('%s%s what was changed before\n%s', what_ends, 'from' if read else 'after', raised)
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
             if what_ends in (CALLBACK_RAISES, ENDS):  # what `outcome_of` waits for
