@@ -352,6 +352,15 @@ def test_the_argument_of_a_call_is_none_of_what_is_called_on_its_value(call, exp
     assert (None if index is None else source.literals[index].value) == expected
 
 
+@pytest.mark.parametrize(
+    ('default', 'name'),
+    [('GOAL[0]', 'GOAL[0]'), ('GOALS[1][\n    0]', 'GOALS[1][ 0]'), ('self.x', 'self.x'), ('1.5', ''), ('2 * X', '')],
+)
+def test_a_default_that_is_a_name_is_told(default, name):
+    source = SourceText('a.py', f"x = get('~x', {default})\n".encode())
+    assert source.name_of_argument(1, 5, 1, 'default') == name
+
+
 def edit_of(path, old, new):
     content = path.read_bytes()
     made = SourceText(str(path), content)

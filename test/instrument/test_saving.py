@@ -322,6 +322,33 @@ def test_what_is_called_on_the_value_of_a_parameter_is_not_its_default(master, h
         started.stop()
 
 
+@pytest.mark.rostest
+def test_a_default_that_is_a_name_is_set_at_its_literal(master, hearing, tmp_path):
+    code = """#!/usr/bin/env python3
+import rospy
+from geometry_msgs.msg import PointStamped
+GOAL = [3.0, 1.0]
+rospy.init_node('named')
+goal_x = rospy.get_param('~goal_x', GOAL[0])
+publisher = rospy.Publisher('named', PointStamped, queue_size=1)
+while not rospy.is_shutdown():
+    message = PointStamped()
+    message.point.x, message.point.y = goal_x, GOAL[1]
+    publisher.publish(message)
+    rospy.sleep(0.03)
+"""
+    heard = hearing('named', PointStamped)
+    with Unmodified(tmp_path, 'named', code) as started:
+        heard.next()
+        assert command('set', '/named/~goal_x', '5').returncode == 0
+        result = command('save', '/named')
+        assert result.returncode == 1
+        assert 'the default at named.py:6:10 is GOAL[0], and no literal: set what GOAL[0] comes from' in result.stderr
+        assert command('set', '/named/GOAL_0', '5').returncode == 0
+        command('save', '/named')
+        assert started.file.read_text() == code.replace('[3.0', '[5.0')
+
+
 def test_a_number_that_somebody_has_edited_is_mapped_or_refused(master, hearing, tmp_path):
     """A node written with rosslt, which takes in no edits while it runs."""
     code = """

@@ -128,17 +128,7 @@ class SourceText:
             path: the indices and keys from the argument to a literal in it, if that is a list or a dict.
         """
         positions = Positions(self.text)
-        if self._calls is None:
-            self._calls = {}
-            for call in (node for node in ast.walk(self.tree) if isinstance(node, ast.Call)):
-                self._calls.setdefault(positions.of(call.lineno, call.col_offset), []).append(call)
-        calls = self._calls.get(positions.of(line, 0) + column - 1)
-        if not calls:
-            return None
-        # In `get_param('~a', 'b').replace('c', 'd')` both calls begin there, and the first one gives the value.
-        node = min(calls, key=lambda call: (call.end_lineno or 0, call.end_col_offset or 0))
-        given = [one.value for one in node.keywords if one.arg == keyword]
-        given += node.args[position : position + 1]
+        given = self._arguments_of_call(line, column, position, keyword)
         for argument in (_part_at(one, path) for one in given):
             if argument is None:
                 continue
@@ -146,6 +136,32 @@ class SourceText:
                 if (literal.start, literal.end) == positions.range_of(argument):
                     return index
         return None
+
+    def name_of_argument(self, line: int, column: int, position: int, keyword: str) -> str:
+        """The text of an argument of the call that begins there, if that is a name, an attribute or an element of
+        something, as `GOAL[0]`; '' if not.
+
+        Args:
+            line, column, position, keyword: as in `argument_of_call`.
+        """
+        positions = Positions(self.text)
+        for argument in self._arguments_of_call(line, column, position, keyword):
+            if isinstance(argument, (ast.Name, ast.Attribute, ast.Subscript)):
+                return ' '.join(self.text[slice(*positions.range_of(argument))].split())
+        return ''
+
+    def _arguments_of_call(self, line: int, column: int, position: int, keyword: str) -> List[ast.expr]:
+        positions = Positions(self.text)
+        if self._calls is None:
+            self._calls = {}
+            for call in (node for node in ast.walk(self.tree) if isinstance(node, ast.Call)):
+                self._calls.setdefault(positions.of(call.lineno, call.col_offset), []).append(call)
+        calls = self._calls.get(positions.of(line, 0) + column - 1)
+        if not calls:
+            return []
+        # In `get_param('~a', 'b').replace('c', 'd')` both calls begin there, and the first one gives the value.
+        node = min(calls, key=lambda call: (call.end_lineno or 0, call.end_col_offset or 0))
+        return [one.value for one in node.keywords if one.arg == keyword] + node.args[position : position + 1]
 
     def edits(self, values: Mapping[int, Scalar]) -> List[Edit]:
         """Make the edits that give literals other values, and leave every other byte as it is.

@@ -4,7 +4,7 @@ import os
 from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 
 from rosslt import files
-from rosslt.node.locations.location import Location
+from rosslt.node.locations.location import Location, ParameterLocation
 from rosslt.node.locations.mutex import CHANGE_LOCK
 
 
@@ -142,6 +142,9 @@ def _index_of(
         raise NotWritten(location.unsaved)
     index = location.find_in(original)
     if index is None:
+        name = original.name_of_argument(location.site.line, location.site.column, 1, 'default')
+        if name and isinstance(location, ParameterLocation):
+            raise NotWritten(f'the default at {location.place} is {name}, and no literal: set what {name} comes from')
         raise NotWritten(
             f'it is not a number, a truth value or a text in one piece on a line of its own at {location.place}'
         )
