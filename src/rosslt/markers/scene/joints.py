@@ -17,7 +17,6 @@ from rosslt.markers.scene.handle import (
     POINTS,
     CanChange,
     Handle,
-    Limited,
     Motions,
     RankOf,
     Ring,
@@ -25,12 +24,12 @@ from rosslt.markers.scene.handle import (
     has_source,
 )
 from rosslt.markers.scene.kinematics import around
-from rosslt.markers.scene.links import RANK, LinkHandle, RobotPose, link_name
+from rosslt.markers.scene.links import RANK, LinkHandle, RobotHandle, RobotPose, link_name
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
 
-class JointHandle(Handle):
+class JointHandle(RobotHandle):
     """A handle that turns or slides a joint of a robot: a ball on the joint.
 
     The ring of a link that has a handle of its own is a part of that.
@@ -40,7 +39,7 @@ class JointHandle(Handle):
         joint: what it is.
     """
 
-    __slots__ = ('_axis', '_base', '_joint', '_pose', '_start', '_value', 'level')
+    __slots__ = ('_axis', '_base', '_joint', '_start', '_value', 'level')
 
     def __init__(self, pose: RobotPose, joint: node.Joint) -> None:
         self._pose, self._joint, self._value = pose, joint, pose.position(joint)
@@ -67,16 +66,6 @@ class JointHandle(Handle):
             rank=RANK,
             thing=link_name(pose.topic, joint.child) if is_of_link else '',
         )
-
-    @property
-    def whole(self) -> str:
-        """The robot."""
-        return self._pose.topic
-
-    @property
-    def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
-        """Those of the robot."""
-        return self._pose.limits
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose."""

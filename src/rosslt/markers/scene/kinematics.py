@@ -24,27 +24,31 @@ class Place(NamedTuple):
     moved_by: Tuple[node.Joint, ...] = ()
 
 
+def position_of(joint: node.Joint, positions: Mapping[str, Any]) -> Any:
+    """The position of a joint, its own or what follows from the joint that it mimics; None if it is not known.
+
+    Args:
+        positions: {name of a joint: its position}, tracked or plain, in radians or metres.
+    """
+    own, mimic = positions.get(joint.name), joint.mimic
+    if own is not None or mimic is None:
+        return own
+    followed = positions.get(mimic.joint)
+    return None if followed is None else mimic.multiplier * followed + mimic.offset
+
+
 class Kinematics:
     """The places of the joints and links of a robot, each in the frame of the first link before it of which all joints
     between have known positions: the root, if all have.
 
     Args:
         robot: how it is made.
-        positions: {name of a joint: its position}, tracked or plain, in radians or metres.
+        positions: {name of a joint: its position}, in radians or metres.
     """
 
-    def __init__(self, robot: node.Robot, positions: Mapping[str, Any]) -> None:
+    def __init__(self, robot: node.Robot, positions: Mapping[str, float]) -> None:
         self._robot, self._positions = robot, positions
         self._links: Dict[str, Place] = {}
-
-    def position(self, joint: node.Joint) -> Any:
-        """The position of a joint, tracked or plain, its own or what follows from the joint that it mimics; None if it
-        is not known."""
-        own, mimic = self._positions.get(joint.name), joint.mimic
-        if own is not None or mimic is None:
-            return own
-        followed = self._positions.get(mimic.joint)
-        return None if followed is None else mimic.multiplier * followed + mimic.offset
 
     def joint(self, joint: node.Joint) -> Place:
         """Where a joint is, for its position 0."""
@@ -58,14 +62,15 @@ class Kinematics:
         way: List[node.Joint] = []
         while link not in self._links:
             joint = self._robot.holding.get(link)
-            if joint is None or not (joint.is_fixed or self.position(joint) is not None):
+            if joint is None or not (joint.is_fixed or position_of(joint, self._positions) is not None):
                 self._links[link] = Place(link, (0.0, 0.0, 0.0), IDENTITY)
             else:
                 way.append(joint)
                 link = joint.parent
         for joint in reversed(way):
             start = self.joint(joint)
-            self._links[joint.child] = start if joint.is_fixed else _moved(start, joint, self.position(joint))
+            by = position_of(joint, self._positions)
+            self._links[joint.child] = start if joint.is_fixed else _moved(start, joint, by)
         return self._links[way[0].child if way else link]
 
     def axis(self, joint: node.Joint) -> Vector:

@@ -10,7 +10,7 @@ from rosslt import node
 from rosslt.markers.geometry import PoseTuple, Vector, normalized, rotate_vector
 from rosslt.markers.scene.handle import Axes, CanChange, Handle, Limited, Motions, RankOf, Ring, Settings, has_source
 from rosslt.markers.scene.handles import quaternion_factor, tracked_targets
-from rosslt.markers.scene.kinematics import Kinematics, Place, turned
+from rosslt.markers.scene.kinematics import Kinematics, Place, position_of, turned
 from rosslt.markers.scene.marker import COLOR, laid_over
 from rosslt.markers.scene.rotations import SMALL, is_upright, rings_around
 from rosslt.markers.scene.shapes import sphere
@@ -47,7 +47,7 @@ class RobotPose:
 
     def __init__(self, topic: str, robot: node.Robot, positions: Dict[str, Any], settings: Settings) -> None:
         self.topic, self.robot, self.settings = topic, robot, settings
-        self._tracked, self._positions = Kinematics(robot, positions), positions
+        self._positions = positions
         self.plain = Kinematics(robot, {name: float(position) for name, position in positions.items()})
 
     @functools.cached_property
@@ -65,7 +65,7 @@ class RobotPose:
 
     def position(self, joint: node.Joint) -> Any:
         """The position of a joint, tracked or plain; None if it is not known."""
-        return self._tracked.position(joint)
+        return position_of(joint, self._positions)
 
     def with_provenance(self, link: str, point: Vector) -> Tuple[List[Any], List[Any]]:
         """Where a point of a link is, and how it is turned, with the provenance of the joints before it."""
@@ -85,7 +85,24 @@ def link_name(topic: str, link: str) -> str:
     return '{}:link {}'.format(topic, link)
 
 
-class LinkHandle(Handle):
+class RobotHandle(Handle):
+    """A handle on a part of a robot."""
+
+    __slots__ = ('_pose',)
+    _pose: RobotPose
+
+    @property
+    def whole(self) -> str:
+        """The robot."""
+        return self._pose.topic
+
+    @property
+    def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
+        """The limits of all joints of the robot."""
+        return self._pose.limits
+
+
+class LinkHandle(RobotHandle):
     """A link, grabbed in the middle of its shapes, or by a ball: all joints before it move and turn it.
 
     Args:
@@ -93,7 +110,7 @@ class LinkHandle(Handle):
         link: its name.
     """
 
-    __slots__ = ('_grip', '_link', '_pose')
+    __slots__ = ('_grip', '_link')
 
     def __init__(self, pose: RobotPose, link: str) -> None:
         self._pose, self._link = pose, link
@@ -115,16 +132,6 @@ class LinkHandle(Handle):
     def draws_thing(self) -> bool:  # type: ignore[override]
         """Whether nobody else draws the robot."""
         return self._pose.settings.draws_all
-
-    @property
-    def whole(self) -> str:
-        """The robot."""
-        return self._pose.topic
-
-    @property
-    def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
-        """Those of the robot."""
-        return self._pose.limits
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The targets of a drag to a pose. A link that can do both is turned where it stands."""
