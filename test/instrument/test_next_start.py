@@ -196,7 +196,8 @@ def test_what_nothing_came_of_is_listed_as_such(master):
         assert late('/late')['start'] == LATE.format(place('/late', 'start'))
         asked = rosslt('set', '/late/~rate', '30')
         assert asked.returncode == 0
-        assert asked.stderr == 'rosslt set: it ' + LATE.format(place('/late', '~rate')) + '\n'
+        rated = f', but for rospy.Rate at {place("/late", "~rate").rsplit(":", 1)[0]}'
+        assert asked.stderr == 'rosslt set: it ' + LATE.format(place('/late', '~rate')) + rated + '\n'
         assert rosslt('set', '/late/kept', '4').stderr == ''
         assert (
             'a change of /late/start ' + LATE.format(place('/late', 'start')) in rosslt('doctor', '/late/place').stdout

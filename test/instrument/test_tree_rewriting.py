@@ -420,6 +420,42 @@ class Filter:
 f = Filter()
 state, given = [f.step(u) for u in (1.0, 2.0)][-1], gain * 3
 """,
+    'a list that is written out': """\
+gain, most = 2.0, 4.0
+class Robot:
+    def __init__(self):
+        self.pose = [0.0, 0.0, 0.0]
+        self.heard = [0.0, 0.0]
+    def step(self, t):
+        x, y, last = self.pose
+        x += gain * t
+        self.pose = [x, y - 1.5 * t, t * most]
+        self.heard = [gain * t, self.heard[0]]
+        return self.pose[0] + self.pose[1]
+r = Robot()
+state = [r.step(t) for t in (1.0, 2.0)][-1]
+given = gain if all(isinstance(n, type(gain)) for n in (r.pose[2], *r.heard)) else None
+""",
+    'an object that is made anew': """\
+import collections
+gain = 2.0
+Pose = collections.namedtuple('Pose', 'x y')
+class Place:
+    def __init__(self, pose, most):
+        self.pose, self.most = pose, most
+class Robot:
+    def __init__(self):
+        self.pose, self.place = Pose(0.0, 0.0), Place(Pose(0.0, 0.0), 0.0)
+        self.known = {'x': 0.0, 'most': 0.0}
+    def step(self, t):
+        self.pose = self.pose._replace(x=self.pose.x + gain * t)
+        self.place = Place(Pose(self.place.pose.x + gain * t, 0.0), most=gain)
+        self.known = {'x': self.known['x'] + gain, 'most': gain}
+        return self.pose.x + self.place.pose.x + self.known['x']
+r = Robot()
+state = [r.step(t) for t in (1.0, 2.0)][-1]
+given = r.place.most if isinstance(r.known['most'], type(gain)) else None
+""",
     'a controller and what it controls': """\
 gain, goal, x = 2.0, 5.0, 0.0
 sleep = len

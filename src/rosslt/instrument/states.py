@@ -23,10 +23,13 @@ class States(NamedTuple):
     Attributes:
         steps: the statements that carry a state on; the values that they assign lose their provenance. Each with the
             indices of the other targets that it unpacks its value to: what those get keeps its provenance.
+        parts: the expressions in lists, dicts and calls that steps assign, that are computed from what the state was
+            before: `x + 1` in `pose = Pose(x + 1, limit)`. They lose their provenance, and what is only moved keeps it.
         starts: the statements that assign a state its first value.
     """
 
     steps: Dict[ast.AST, List[int]]
+    parts: Set[ast.AST]
     starts: Set[ast.AST]
 
 
@@ -69,6 +72,7 @@ def find_states(tree: ast.Module) -> States:
     """The states of a program."""
     lifetimes = Lifetimes(tree)
     stepped: Dict[ast.AST, Set[str]] = {}
+    parts: Set[ast.AST] = set()
     starts: Set[ast.AST] = set()
     module_states: Set[str] = set()
     by_scope: List[Tuple[ast.AST, List[_Change], Set[str]]] = []
@@ -86,6 +90,7 @@ def find_states(tree: ast.Module) -> States:
         for change in changes:
             if change.target in states and change.refers_to_itself:
                 stepped.setdefault(change.statement, set()).add(change.target)
+                parts.update(_parts_computed(change, _by_target(changes)))
         local = {target for target in states if not target.startswith('self.') and _root(target) not in declared}
         starts.update(change.statement for change in changes if change.target in local and not change.refers_to_itself)
         module_states |= {target for target in states if _root(target) in declared}
@@ -100,7 +105,7 @@ def find_states(tree: ast.Module) -> States:
             is_global = isinstance(scope, ast.Module) or _root(change.target) in declared
             if change.target in own or (is_global and change.target in module_states):
                 starts.add(change.statement)
-    return States({statement: _others(statement, targets) for statement, targets in stepped.items()}, starts)
+    return States({statement: _others(statement, targets) for statement, targets in stepped.items()}, parts, starts)
 
 
 def _others(statement: ast.AST, states: Set[str]) -> List[int]:
@@ -163,11 +168,16 @@ def _read(expression: ast.AST) -> Set[Optional[str]]:
     return {_place(node) for node in ast.walk(expression) if isinstance(node, places)}
 
 
+def _by_target(changes: List[_Change]) -> Dict[str, List[_Change]]:
+    found: Dict[str, List[_Change]] = {}
+    for change in changes:
+        found.setdefault(change.target, []).append(change)
+    return found
+
+
 def _with_detours(changes: List[_Change]) -> List[_Change]:
     """Changes that know whether they refer to themselves by other variables: `new = x + 1`, and then `x = new`."""
-    by_target: Dict[str, List[_Change]] = {}
-    for change in changes:
-        by_target.setdefault(change.target, []).append(change)
+    by_target = _by_target(changes)
     return [
         change
         if change.refers_to_itself or not _refers_by_detour(change, by_target)
@@ -187,12 +197,47 @@ def _refers_by_detour(change: _Change, by_target: Dict[str, List[_Change]]) -> b
         seen.add(name)
         for earlier in by_target.get(name, ()):
             # A later assignment comes too late in this round: it is computed from this change, not the reverse.
-            is_earlier = earlier.statement.lineno < change.statement.lineno  # type: ignore[attr-defined]
-            if is_earlier and (loop is None or loop in earlier.blocks):
+            if _comes_before(earlier, change) and (loop is None or loop in earlier.blocks):
                 if change.target in earlier.read:
                     return True
                 waiting.extend(earlier.read)
     return False
+
+
+def _parts_computed(change: _Change, by_target: Dict[str, List[_Change]]) -> Iterator[ast.expr]:
+    """The expressions in a list, dict or call that a step assigns that are computed from what the state was before."""
+    waiting = [getattr(change.statement, 'value', None)]
+    while waiting:
+        for part in _inner(waiting.pop()):
+            read = _read(part)
+            if change.target in read or _refers_by_detour(change._replace(read=read), by_target):
+                waiting.append(part)
+                name = _place(part)
+                before = [one for one in by_target.get(name or '', ()) if _comes_before(one, change)]
+                if name is None or not all(map(_moves, before)):
+                    yield part
+
+
+def _inner(expression: Optional[ast.AST]) -> List[ast.expr]:
+    """The expressions that a list, tuple, dict or call is written with."""
+    if isinstance(expression, ast.Call):
+        given = [*expression.args, *(keyword.value for keyword in expression.keywords if keyword.arg)]
+    elif isinstance(expression, ast.Dict):
+        given = expression.values
+    else:
+        given = getattr(expression, 'elts', [])
+    return [part for part in given if not isinstance(part, ast.Starred)]
+
+
+def _moves(change: _Change) -> bool:
+    """Return whether a statement assigns what stands elsewhere as it is: `x, y, _ = self.pose`."""
+    value = getattr(change.statement, 'value', None)
+    is_assigned = isinstance(change.statement, (ast.Assign, ast.AnnAssign))
+    return is_assigned and all(_place(part) is not None for part in getattr(value, 'elts', [value]))
+
+
+def _comes_before(earlier: _Change, change: _Change) -> bool:
+    return earlier.statement.lineno < change.statement.lineno  # type: ignore[attr-defined]
 
 
 def _endless_loop(change: _Change) -> Optional[ast.AST]:
@@ -246,4 +291,4 @@ def _makes_anew(other: _Change, change: _Change, around: Tuple[ast.AST, ...]) ->
     if other.refers_to_itself or not is_around:
         return False
     # In a block that is not entered every time, it may or may not; then the value can be one of an earlier round.
-    return other.blocks[-1] in around and other.statement.lineno <= change.statement.lineno  # type: ignore[attr-defined]
+    return other.blocks[-1] in around and not _comes_before(change, other)

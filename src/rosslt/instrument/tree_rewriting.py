@@ -12,7 +12,7 @@ from rosslt.instrument.lifetimes import bound_arguments, own_functions
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.plain_readings import plain_readings
 from rosslt.instrument.set_up_names import Way, names_of_set_up, reaches_other_modules
-from rosslt.instrument.states import find_states
+from rosslt.instrument.states import States, find_states
 
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
@@ -104,7 +104,7 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     name = name_of_cells(source.path, source.digest)
     bound = bound_names(tree)
     taken = plain_readings(tree, bound)
-    rewriter = _Rewriter(name, cells, states.steps, bound, taken, _shared_names(tree), *_hidden(tree, cells))
+    rewriter = _Rewriter(name, cells, states, bound, taken, _shared_names(tree), *_hidden(tree, cells))
     set_up, reaches_others = names_of_set_up(tree), reaches_other_modules(tree)
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     code = compile(tree, named, 'exec', dont_inherit=True)
@@ -231,7 +231,7 @@ class _Rewriter(ast.NodeTransformer):
         self,
         name: str,
         cells: Any,
-        steps: Dict[ast.AST, List[int]],
+        states: States,
         bound: Set[str],
         taken: Dict[int, str],
         shared: Set[str],
@@ -240,7 +240,7 @@ class _Rewriter(ast.NodeTransformer):
     ) -> None:
         self._name_of_cells = name
         self._cells = cells
-        self._steps = steps
+        self._steps, self._parts = states.steps, states.parts
         self._bound = bound
         self._taken = taken
         self._chance = CHANCE - bound
@@ -255,7 +255,9 @@ class _Rewriter(ast.NodeTransformer):
             return self._reading(node, *cell)
         taker = self._taken.get(id(node))
         made = super().visit(node)
-        return made if taker is None else _call(TAKEN, [_text(taker, node), made], node)
+        if taker is not None:
+            made = _call(TAKEN, [_text(taker, node), made], node)
+        return _call(PLAIN, [made], made) if node in self._parts else made
 
     def _reading(self, node: Any, number: int, literal: Literal) -> ast.AST:
         where = ast.copy_location(ast.Constant(value=number), node)
