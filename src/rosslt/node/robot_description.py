@@ -37,7 +37,7 @@ class Joint(NamedTuple):
         position: where it is in the frame of its parent, for position 0.
         roll_pitch_yaw: how it is turned in that frame, for position 0.
         axis: around or along which it moves, in its own coordinates; of length 1.
-        is_turning: whether it turns or slides, if it moves.
+        is_turning: whether it turns; if not, it slides, or is fixed.
         is_fixed: whether it does not move.
         lower, upper: its limits, in radians or metres; infinite if there are none.
         mimic: what it follows; None if it moves by itself.

@@ -11,20 +11,10 @@ import rospy
 from sensor_msgs.msg import JointState
 
 from rosslt import node, values
-from rosslt.markers.geometry import PoseTuple, inverse, normalized, onto, product
-from rosslt.markers.scene.handle import (
-    BODY,
-    POINTS,
-    CanChange,
-    Handle,
-    Motions,
-    RankOf,
-    Ring,
-    Settings,
-    has_source,
-)
-from rosslt.markers.scene.kinematics import around
-from rosslt.markers.scene.links import RANK, LinkHandle, RobotHandle, RobotPose, link_name
+from rosslt.markers.geometry import PoseTuple, inverse, onto, product, rotate_vector
+from rosslt.markers.scene.handle import BODY, POINTS, CanChange, Handle, Motions, RankOf, Ring, Settings, has_source
+from rosslt.markers.scene.kinematics import behind
+from rosslt.markers.scene.links import LinkHandle, RobotHandle, RobotPose, link_name
 from rosslt.markers.scene.marker import COLOR
 from rosslt.markers.scene.shapes import sphere
 
@@ -39,47 +29,43 @@ class JointHandle(RobotHandle):
         joint: what it is.
     """
 
-    __slots__ = ('_axis', '_base', '_joint', '_start', '_value', 'level')
+    __slots__ = ('_joint', '_start', '_value', 'level')
 
     def __init__(self, pose: RobotPose, joint: node.Joint) -> None:
         self._pose, self._joint, self._value = pose, joint, pose.position(joint)
-        place, position = pose.plain.joint(joint), float(self._value)
-        self._base, self._start, self._axis = place.position, place.rotation, pose.plain.axis(joint)
-        x, y, z = place.position
-        is_of_link = joint.is_turning and pose.has_handle(joint.child)
-        self.level = POINTS if is_of_link else BODY
+        self._start = pose.plain.joint(joint)
+        place, is_of_link = behind(self._start, joint, float(self._value)), False
         if joint.is_turning:
-            rotation = product(self._start, around(joint, position))
+            is_of_link = pose.has_handle(joint.child)
         else:
             # Its x axis, along which the ball moves, lies along that of the joint.
-            rotation = product(self._start, onto(joint.axis))
-            x, y, z = (a + position * b for a, b in zip(place.position, self._axis))
-        shown, size = (x, y, z, *normalized(*rotation)), 0.5 * pose.settings.ball_size
+            place = place._replace(rotation=product(place.rotation, onto(joint.axis)))
+        self.level = POINTS if is_of_link else BODY
+        size = 0.5 * pose.settings.ball_size
         super().__init__(
             '{}:{}'.format(pose.topic, joint.name),
             place.frame,
-            shown,
+            place.pose,
             2.5 * size,
             (joint, size, place.frame),
             [self._value],
             lambda: [sphere(size, COLOR)],
-            rank=RANK,
             thing=link_name(pose.topic, joint.child) if is_of_link else '',
         )
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
         """The target of a drag to a pose."""
-        if not (turned if self._joint.is_turning else moved):
-            return [], []
         if self._joint.is_turning:
-            return [self._value], [self.turn(pose, float(self._value))]
-        return [self._value], [sum((a - b) * c for a, b, c in zip(pose[:3], self._base, self._axis))]
+            return ([self._value], [self.turn(pose, float(self._value))]) if turned else ([], [])
+        axis = rotate_vector(self._start.rotation, self._joint.axis)
+        position = sum((a - b) * c for a, b, c in zip(pose, self._start.position, axis))
+        return ([self._value], [position]) if moved else ([], [])
 
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
         """How far a joint that turns has turned at a pose."""
         if not self._joint.is_turning:
             return 0.0
-        x, y, z, w = product(inverse(self._start), pose[3:])
+        x, y, z, w = product(inverse(self._start.rotation), pose[3:])
         angle = 2.0 * math.atan2(sum(a * b for a, b in zip((x, y, z), self._joint.axis)), w)
         near = float(self._value) if near is None else near
         return near + math.remainder(angle - near, 2.0 * math.pi)

@@ -5,7 +5,7 @@ import math
 from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 from rosslt import node
-from rosslt.markers.geometry import AXES, IDENTITY, Rotation, Vector, product, rotate_vector
+from rosslt.markers.geometry import AXES, IDENTITY, PoseTuple, Rotation, Vector, normalized, product, rotate_vector
 
 
 class Place(NamedTuple):
@@ -22,6 +22,12 @@ class Place(NamedTuple):
     position: Sequence[float]
     rotation: Sequence[float]
     moved_by: Tuple[node.Joint, ...] = ()
+
+    @property
+    def pose(self) -> PoseTuple:
+        """Where it is, and how it is turned."""
+        x, y, z = self.position
+        return (x, y, z, *normalized(*self.rotation))
 
 
 def position_of(joint: node.Joint, positions: Mapping[str, Any]) -> Any:
@@ -68,22 +74,19 @@ class Kinematics:
                 way.append(joint)
                 link = joint.parent
         for joint in reversed(way):
-            start = self.joint(joint)
-            by = position_of(joint, self._positions)
-            self._links[joint.child] = start if joint.is_fixed else _moved(start, joint, by)
+            start, by = self.joint(joint), position_of(joint, self._positions)
+            self._links[joint.child] = start if joint.is_fixed else behind(start, joint, by)
         return self._links[way[0].child if way else link]
 
-    def axis(self, joint: node.Joint) -> Vector:
-        """The direction around or along which a joint moves."""
-        return rotate_vector(self.joint(joint).rotation, joint.axis)
-
-    def way(self, joint: node.Joint, position: Sequence[float]) -> Vector:
-        """How fast a joint moves what is at a position, in metres for each of its radians or metres."""
-        x, y, z = axis = self.axis(joint)
+    def way(self, joint: node.Joint, position: Sequence[float]) -> Tuple[float, ...]:
+        """How fast a joint moves what is at a position along x, y and z, and turns it around them: a column of the
+        Jacobian, in metres and radians for each of its radians or metres."""
+        start = self.joint(joint)
+        x, y, z = axis = rotate_vector(start.rotation, joint.axis)
         if not joint.is_turning:
-            return axis
-        a, b, c = (there - here for there, here in zip(position, self.joint(joint).position))
-        return y * c - z * b, z * a - x * c, x * b - y * a
+            return (*axis, 0.0, 0.0, 0.0)
+        a, b, c = (there - here for there, here in zip(position, start.position))
+        return y * c - z * b, z * a - x * c, x * b - y * a, x, y, z
 
 
 @functools.lru_cache(maxsize=None)
@@ -91,24 +94,23 @@ def turned(roll_pitch_yaw: Vector) -> Rotation:
     """The rotation of a URDF's `rpy`: about x, then y, then z of what it is relative to, in radians."""
     result = IDENTITY
     for axis, angle in zip(AXES, roll_pitch_yaw):
-        x, y, z = (math.sin(0.5 * angle) * part for part in axis)
-        result = product((x, y, z, math.cos(0.5 * angle)), result)
+        result = product(_around(axis, angle), result)
     return result
 
 
-def around(joint: node.Joint, angle: float) -> Rotation:
-    """The turn of a joint by an angle."""
-    sine = math.sin(0.5 * angle)
-    x, y, z = (part * sine for part in joint.axis)
-    return x, y, z, math.cos(0.5 * angle)
-
-
-def _moved(start: Place, joint: node.Joint, by: float) -> Place:
+def behind(start: Place, joint: node.Joint, by: float) -> Place:
+    """Where what hangs on a joint is, given where the joint is, and its position."""
     moved_by = (*start.moved_by, joint)
     if joint.is_turning:
-        return start._replace(rotation=product(start.rotation, around(joint, by)), moved_by=moved_by)
+        return start._replace(rotation=product(start.rotation, _around(joint.axis, by)), moved_by=moved_by)
     way = [part * by for part in rotate_vector(start.rotation, joint.axis)]
     return start._replace(position=_plus(start.position, way), moved_by=moved_by)
+
+
+def _around(axis: Vector, angle: float) -> Rotation:
+    sine = math.sin(0.5 * angle)
+    x, y, z = (part * sine for part in axis)
+    return x, y, z, math.cos(0.5 * angle)
 
 
 def _plus(first: Sequence[float], second: Sequence[float]) -> List[float]:

@@ -7,7 +7,7 @@ import numpy
 from visualization_msgs.msg import Marker
 
 from rosslt import node
-from rosslt.markers.geometry import PoseTuple, Vector, normalized, rotate_vector
+from rosslt.markers.geometry import PoseTuple, Vector, rotate_vector
 from rosslt.markers.scene.handle import Axes, CanChange, Handle, Limited, Motions, RankOf, Ring, Settings, has_source
 from rosslt.markers.scene.handles import quaternion_factor, tracked_targets
 from rosslt.markers.scene.kinematics import Kinematics, Place, position_of, turned
@@ -23,10 +23,7 @@ BALL, BALL_ALPHA = 0.75, 0.6
 GREY: Vector = (0.6, 0.6, 0.6)
 
 #: The ways that a body has: three to go, and three to turn.
-ALL_WAYS, NOWHERE = 6, (0.0, 0.0, 0.0)
-
-#: Handles that give way to a marker at the same position.
-RANK = 2
+ALL_WAYS = 6
 
 KINDS = {'box': Marker.CUBE, 'cylinder': Marker.CYLINDER, 'sphere': Marker.SPHERE, 'mesh': Marker.MESH_RESOURCE}
 
@@ -46,8 +43,7 @@ class RobotPose:
     """
 
     def __init__(self, topic: str, robot: node.Robot, positions: Dict[str, Any], settings: Settings) -> None:
-        self.topic, self.robot, self.settings = topic, robot, settings
-        self._positions = positions
+        self.topic, self.robot, self.settings, self._positions = topic, robot, settings, positions
         self.plain = Kinematics(robot, {name: float(position) for name, position in positions.items()})
 
     @functools.cached_property
@@ -86,7 +82,7 @@ def link_name(topic: str, link: str) -> str:
 
 
 class RobotHandle(Handle):
-    """A handle on a part of a robot."""
+    """A handle on a part of a robot, which moves as one, within the limits of its joints."""
 
     __slots__ = ('_pose',)
     _pose: RobotPose
@@ -98,7 +94,7 @@ class RobotHandle(Handle):
 
     @property
     def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
-        """The limits of all joints of the robot."""
+        """Those of the robot."""
         return self._pose.limits
 
 
@@ -118,15 +114,13 @@ class LinkHandle(RobotHandle):
         x, y, z = (sum(shape.position[axis] for shape in shapes) / count for axis in range(3))
         self._grip: Vector = (x, y, z)
         place = self._place_in(pose.plain)
-        x, y, z = place.position
-        shown = (x, y, z, *normalized(*place.rotation))
         numbers = [pose.position(joint) for joint in place.moved_by]
         ball = BALL * pose.settings.ball_size
         # as thick as it is: arrows stand out of a long link sideways
         size = max([sorted(shape.size)[1] for shape in shapes if shape.kind != 'mesh'] or [2.5 * ball])
         draw_key = link, shapes, ball, place.frame, tuple(map(has_source, numbers))
         name = link_name(pose.topic, link)
-        super().__init__(name, place.frame, shown, size, draw_key, numbers, lambda: self._drawn(ball), rank=RANK)
+        super().__init__(name, place.frame, place.pose, size, draw_key, numbers, lambda: self._drawn(ball))
 
     @property
     def draws_thing(self) -> bool:  # type: ignore[override]
@@ -145,32 +139,32 @@ class LinkHandle(RobotHandle):
         return tracked_targets(pairs)
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
-        """The ways in which the joints before it move it, and turn it at present if it has no joint of its own."""
+        """The ways in which the joints before it move it, and, if it is fixed or at an end, turn it at present."""
         del rank_of
-        place = self._place_in(self._pose.elsewhere)
-        positions = [(joint, self._pose.position(joint)) for joint in place.moved_by]
-        joints = [joint for joint, position in positions if has_source(position) and can_change(position)]
-        ways = [self._pose.elsewhere.way(joint, place.position) for joint in joints]
+        ways = self._ways(self._pose.elsewhere, can_change)
         x, y, z = (any(abs(way[axis]) > SMALL for way in ways) for axis in range(3))
         axes: Axes = (x, y, z and not self._pose.settings.is_planar)
         robot, rotation = self._pose.robot, self.pose[3:]
         rings: Tuple[Ring, ...] = ()
-        if joints and (robot.holding[self._link].is_fixed or self._link in robot.ends):
-            rings = rings_around(rotation, [self._pose.plain.axis(joint) for joint in joints if joint.is_turning])
+        if ways and (robot.holding[self._link].is_fixed or self._link in robot.ends):
+            spins = [(a, b, c) for _, _, _, a, b, c in self._ways(self._pose.plain, can_change) if a or b or c]
+            rings = rings_around(rotation, spins)
         if self._pose.settings.is_planar:
             rings = tuple([ring for ring in rings if is_upright(ring, rotation)])
         return Motions(axes, is_in_frame=True, arrows=axes, rings=rings)
 
     def _goes_all_ways(self) -> bool:
         """Return whether the joints before it, that come from something, can move and turn it in all ways."""
-        elsewhere = self._pose.elsewhere
-        place = self._place_in(elsewhere)
-        ways = [
-            (*elsewhere.way(joint, place.position), *(elsewhere.axis(joint) if joint.is_turning else NOWHERE))
-            for joint in place.moved_by
-            if has_source(self._pose.position(joint))
-        ]
+        ways = self._ways(self._pose.elsewhere)
         return len(ways) >= ALL_WAYS and int(numpy.linalg.matrix_rank(ways)) == ALL_WAYS
+
+    def _ways(self, kinematics: Kinematics, can_change: CanChange = has_source) -> List[Tuple[float, ...]]:
+        """How the joints before it, that come from something and take changes, move and turn it: of each a
+        `Kinematics.way`."""
+        place = self._place_in(kinematics)
+        positions = [(joint, self._pose.position(joint)) for joint in place.moved_by]
+        joints = [joint for joint, position in positions if has_source(position) and can_change(position)]
+        return [kinematics.way(joint, place.position) for joint in joints]
 
     def _place_in(self, kinematics: Kinematics) -> Place:
         """Where it is grabbed, given the places of its robot."""

@@ -32,7 +32,7 @@ def with_provenance(
     place: List[Any] = list(point)
     rotation: List[Any] = list(IDENTITY)
     for joint, position in zip(joints, positions):
-        if joint.is_turning and not joint.is_fixed:
+        if joint.is_turning:
             place = _turned_about(joint.axis, _SIN(position), _COS(position), place)
             sine = _SIN(0.5 * position)
             rotation = _product([_times(part, sine) for part in joint.axis] + [_COS(0.5 * position)], rotation)
