@@ -142,8 +142,14 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         assert told in node.logged()
         wait_until(lambda: rosgraph.Master('/test').getParam('/timed/rosslt/gain') == 2.0, 'it is taken back')
         assert rosslt('force', '/timed/ratio/data', '3').returncode == 0, 'the timer goes on'
-        assert rosslt('set', '/timed/gain', '0').returncode == 0
-        wait_until(lambda: node.logged().count(told) == 2, 'it is taken back again')
+        refused = failure('set', '/timed/gain', '0')
+        assert refused.startswith('rosslt set: ' + raised.partition(')')[0]), refused
+        assert refused.endswith(
+            ', which also reads what was changed before: gain 2.0 -> 3.0 '
+            '(`rosslt set /timed/gain 2.0` takes it back)); taken back'
+        ), refused
+        assert rosslt('get', '/timed/gain').stdout == '3.0\n', 'an earlier change stays'
+        assert node.logged().count(told) == 2, 'it is taken back again'
         assert rosslt('force', '/timed/ratio/data', '4').returncode == 0, 'the timer goes on again'
 
 

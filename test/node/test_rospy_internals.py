@@ -1,6 +1,7 @@
 """Private parts of rospy are used in one module, still exist, and are imported only where they are needed."""
 
 import ast
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -51,6 +52,11 @@ def test_what_is_used_of_a_publisher_and_a_subscriber_is_there(kind):
     )
     gone = [name for name in rospy_internals.USED_OF_IMPLEMENTATIONS[kind] if not hasattr(made, name)]
     assert not gone, f'the implementation of a {kind} has no {gone} any more; rosslt/node/topics/topics.py needs it'
+
+
+def test_what_is_used_of_a_timer_is_there():
+    text = inspect.getsource(rospy_internals.run_timer)
+    assert all(f'self.{name}(' in text for name in rospy_internals.USED_OF_TIMERS)
 
 
 def test_what_is_used_of_a_connection_is_there():

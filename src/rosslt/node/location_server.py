@@ -22,7 +22,7 @@ from rosslt.node.change.fault_localization import described_error, locations_rea
 from rosslt.node.change.history import History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
-from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS, THREAD_ENDS
+from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS, THREAD_ENDS, TIMER_RAISES
 from rosslt.node.change.subscriber_calls import AWAITED, SubscriberCalls
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.directory import Directory
@@ -265,6 +265,8 @@ class Owner:
         """
         if rospy.is_shutdown():
             return False
+        if what_ends == TIMER_RAISES:
+            went_well = self._calls.last_in(threading.current_thread())
         states = []
         with self.lock:
             self._claim_changes(ParameterLocation)
@@ -280,9 +282,8 @@ class Owner:
             rospy.logerr('%s%s what was changed before\n%s', what_ends, 'from' if read else 'after', raised)
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
-            if what_ends in (CALLBACK_RAISES, ENDS):  # what `outcome_of` waits for
-                others = [other.changes for other in suspects if other is not request]
-                request.raised = with_effects(raised, what_ends == ENDS, others)
+            others = [other.changes for other in suspects if other is not request]
+            request.raised = with_effects(raised, what_ends == ENDS, others)
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )

@@ -18,6 +18,7 @@ import rospy.impl.registration
 import rospy.impl.tcpros_pubsub
 import rospy.impl.tcpros_service
 import rospy.msg
+import rospy.timer
 import rospy.topics
 
 #: Publisher and service handlers take messages as rospy takes them: as one, as fields in order, or by name.
@@ -54,6 +55,10 @@ connect_to_publisher = rospy.impl.masterslave.ROSHandler._connect_topic
 
 #: Adds an established connection to a publisher to a topic that this process subscribes to.
 add_connection = rospy.topics._SubscriberImpl.add_connection
+
+#: What a Timer's thread runs. It reads the attributes below anew for each call.
+run_timer = rospy.timer.Timer.run
+USED_OF_TIMERS = ('_callback',)
 
 #: Calls a callback of a subscriber, and logs the exception that it raises.
 invoke_callback = rospy.topics._SubscriberImpl._invoke_callback
@@ -115,6 +120,31 @@ def watch_callbacks(called: Callable[[Tuple[str, str], float, Optional[Exception
         called((subscriber.resolved_name, name), began, raised)
 
     rospy.topics._SubscriberImpl._invoke_callback = invoke
+
+
+def watch_timers(called: Callable[[Tuple[str, str], float, Optional[Exception]], None]) -> None:
+    """Have this process tell of each call of a Timer's callback that raises nothing: an exception ends its thread.
+
+    Args:
+        called: as in `watch_callbacks`, with the name of the Timer's thread instead of a topic.
+    """
+
+    def run(timer: Any) -> None:
+        callback = timer._callback
+        name = getattr(callback, '__qualname__', type(callback).__qualname__)
+
+        def noting(event: object) -> None:
+            began = time.monotonic()
+            callback(event)
+            called((timer.name, name), began, None)
+
+        timer._callback = noting
+        try:
+            run_timer(timer)
+        finally:
+            timer._callback = callback  # it may be run again
+
+    rospy.timer.Timer.run = run
 
 
 class _NotingCallback:

@@ -1,18 +1,18 @@
-"""The calls of Subscribers' callbacks: which exceptions come with a change, and which callbacks were called since."""
+"""The calls of callbacks of Subscribers and Timers: which exceptions come with a change, and who was called since."""
 
 import threading
 import time
 from typing import Callable, Dict, Optional, Set, Tuple
 
 from rosslt.node.memory.own_code import raised_by
-from rosslt.node.rospy_internals import watch_callbacks
+from rosslt.node.rospy_internals import watch_callbacks, watch_timers
 
 #: A callback that was called in so long a time before a change is waited for, and so long at most, in seconds.
 AWAITED = 1.0
 
 
 class SubscriberCalls:
-    """Watches all Subscribers of this process.
+    """Watches all Subscribers of this process, and the Timers that begin from now on.
 
     An exception comes with a change if no callback has raised the same one, from the same line, with the former
     values: before the change, or again after the change was taken back.
@@ -32,6 +32,7 @@ class SubscriberCalls:
     def watch(self) -> None:
         """Begin."""
         watch_callbacks(self._called)
+        watch_timers(self._called)
 
     def look_again(self) -> None:
         """Have those who wait look at what may end their wait."""
@@ -51,6 +52,10 @@ class SubscriberCalls:
             self._ended.wait_for(
                 lambda: is_over() or (is_main_done() and all(self._began[one] >= changed for one in awaited)), AWAITED
             )
+
+    def last_in(self, timer: threading.Thread) -> float:
+        """When the last call of a Timer's callback began that raised nothing, a time of `time.monotonic`; 0 if none."""
+        return max([began for (name, _), began in list(self._began.items()) if name == timer.name], default=0.0)
 
     def _called(self, callback: Tuple[str, str], began: float, error: Optional[Exception]) -> None:
         if error is not None:
