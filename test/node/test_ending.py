@@ -65,6 +65,30 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
 
 
 @pytest.mark.rostest
+@pytest.mark.parametrize(('line', 'told'), [('1 / gain', 'from'), ('1 / whole', 'after')])
+def test_last_words_name_a_change_that_was_made_long_before(master, line, told):
+    code = f"""
+        import rosslt.node.location_server as owner
+        owner.SUSPECT = 0.0
+        while not rospy.is_shutdown():
+            gain = rosslt.location(2.0, name='gain')
+            whole = int(str(gain)[0])
+            if rospy.get_param('/ending_{told}_now', False):
+                {line}
+            print('turned', flush=True)
+            rospy.sleep(0.01)
+        """
+    with Node(f'ending_{told}', code) as node:
+        assert node.read_line() == 'turned'
+        assert rosslt('set', f'{node.name}/gain', '0').returncode == 0, 'the line does not run'
+        rosgraph.Master('/test').setParam(node.name + '_now', True)
+        assert node.process.wait(30) == 1
+        log = node.logged()
+        assert f'the node ends {told} what was changed before\nZeroDivisionError: ' in log
+        assert f'gain 2.0 -> 0.0 (`rosslt reset {node.name}/gain` says how to take it back))' in log
+
+
+@pytest.mark.rostest
 def test_a_location_keeps_to_what_the_field_holds_that_it_is_sent_in(master):
     code = """
         from std_msgs.msg import Int32, UInt8
@@ -118,7 +142,9 @@ def test_a_change_that_makes_a_thread_raise_is_taken_back_named_and_told_to_who_
         assert told in node.logged()
         wait_until(lambda: rosgraph.Master('/test').getParam('/timed/rosslt/gain') == 2.0, 'it is taken back')
         assert rosslt('force', '/timed/ratio/data', '3').returncode == 0, 'the timer goes on'
-        assert rosslt('set', '/timed/gain', '0').returncode == 0
+        told_again = failure('set', '/timed/gain', '0')
+        assert told_again.startswith(f'rosslt set: {raised.split("; ")[0]}')
+        assert told_again.endswith('; taken back')
         wait_until(lambda: node.logged().count(told) == 2, 'it is taken back again')
         assert rosslt('force', '/timed/ratio/data', '4').returncode == 0, 'the timer goes on again'
 

@@ -275,14 +275,14 @@ class Owner:
             if what_ends not in (ENDS, THREAD_ENDS):  # it is called again: if it still raises, the others go as well
                 suspects = [one for one in suspects if read.intersection(one.changes)] or suspects
             earlier = {**self.history.in_force(but=suspects), **kept}
-            raised = described_error(error, earlier, read, self.directory.name)
-        if read and not suspects:
-            rospy.logerr('%sfrom what was changed before\n%s', what_ends, raised)
+            ends_node, is_called_again = what_ends == ENDS, what_ends == CALLBACK_RAISES
+            raised = described_error(error, earlier, read, self.directory.name, bool(suspects), ends_node)
+        if earlier and not suspects and (read or not is_called_again):  # others raise as ever, and go on
+            rospy.logerr('%s%s what was changed before\n%s', what_ends, 'from' if read else 'after', raised)
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())
-            if what_ends in (CALLBACK_RAISES, ENDS):  # what `outcome_of` waits for
-                others = [other.changes for other in suspects if other is not request]
-                request.raised = with_effects(raised, what_ends == ENDS, others)
+            others = [other.changes for other in suspects if other is not request]
+            request.raised = with_effects(raised, ends_node, others)
             answer = self.change_sources(
                 srv.ChangeSourcesRequest(undo=True, request_id=request.id, requester=self.name)
             )
@@ -290,7 +290,7 @@ class Owner:
             done = 'is taken back' if answer.state == APPLIED else 'stays: ' + '; '.join(answer.reasons)
             rospy.logerr('%safter a change, which %s: %s\n%s', what_ends, done, values, raised)
         self._calls.look_again()
-        if what_ends == ENDS:
+        if ends_node:
             self._wait_until_asked(suspects)
         return set(states) == {APPLIED}
 

@@ -58,6 +58,9 @@ add_connection = rospy.topics._SubscriberImpl.add_connection
 #: Calls a callback of a subscriber, and logs the exception that it raises.
 invoke_callback = rospy.topics._SubscriberImpl._invoke_callback
 
+#: Calls the callback of a timer, `_callback`, at each of its times, until that raises an exception.
+run_timer = rospy.Timer.run
+
 #: {(topic, address of a publisher): held by who connects to it}.
 _TURNS: Any = weakref.WeakValueDictionary()
 _TURNS_LOCK = threading.Lock()
@@ -100,21 +103,42 @@ def mend_connecting() -> None:
 
 
 def watch_callbacks(called: Callable[[Tuple[str, str], float, Optional[Exception]], None]) -> None:
-    """Have this process tell of each call of a subscriber's callback. rospy catches what it raises, and only logs it.
+    """Have this process tell of each call of a subscriber's callback, and of each call of a timer's that raises nothing.
+
+    rospy catches what the former raises, and only logs it. An exception of the latter ends its thread.
 
     Args:
-        called: called after each, and after rospy has logged its exception, with (the topic, what the callback is
-            called in the code), when the call began, a time of `time.monotonic`, and the exception or None.
+        called: called after each, and after rospy has logged its exception, with (the topic, or '' for a timer, what
+            the callback is called in the code), when the call began, a time of `time.monotonic`, and the exception or
+            None.
     """
 
     def invoke(subscriber: Any, message: object, callback: Any, callback_args: object) -> None:
         noting, began = _NotingCallback(callback), time.monotonic()
         invoke_callback(subscriber, message, noting, callback_args)
         raised, noting.raised = noting.raised, None  # whose traceback refers to noting
-        name = getattr(callback, '__qualname__', type(callback).__qualname__)
-        called((subscriber.resolved_name, name), began, raised)
+        called((subscriber.resolved_name, _name_of(callback)), began, raised)
+
+    def run(timer: Any) -> None:
+        callback = timer._callback
+
+        def call(event: object) -> None:
+            began = time.monotonic()
+            callback(event)
+            called(('', _name_of(callback)), began, None)
+
+        timer._callback = call
+        try:
+            run_timer(timer)
+        finally:
+            timer._callback = callback
 
     rospy.topics._SubscriberImpl._invoke_callback = invoke
+    rospy.Timer.run = run
+
+
+def _name_of(callback: Any) -> str:
+    return str(getattr(callback, '__qualname__', type(callback).__qualname__))
 
 
 class _NotingCallback:

@@ -1,4 +1,4 @@
-"""The calls of Subscribers' callbacks: which exceptions come with a change, and which callbacks were called since."""
+"""The calls of callbacks: which exceptions of Subscribers come with a change, and which callbacks were called since."""
 
 import threading
 import time
@@ -12,7 +12,7 @@ AWAITED = 1.0
 
 
 class SubscriberCalls:
-    """Watches all Subscribers of this process.
+    """Watches all Subscribers and Timers of this process.
 
     An exception comes with a change if no callback has raised the same one, from the same line, with the former
     values: before the change, or again after the change was taken back.
