@@ -297,6 +297,34 @@ class TestEcho:
         assert (process.returncode, errors) == (0, '')
 
 
+class TestExplain:
+    def test_says_which_verb_is_for_a_node_or_a_location(self, talker):
+        told = 'rosslt explain: nobody publishes /talker'
+        assert failure('explain', 'talker') == told + '; /talker is a node: `rosslt list /talker` has its locations'
+        assert failure('explain', '/talker/radius').endswith(
+            '; /talker/radius is a location: `rosslt get /talker/radius` has its value, and `rosslt graph` the fields '
+            'that it reaches'
+        )
+        assert failure('explain', '/talker/nothing').startswith(told + '/nothing')
+        assert 'location' not in failure('explain', '/talker/nothing')
+
+    def test_says_that_a_node_was_killed(self, master):
+        code = """
+            publisher = rosslt.Publisher('lost', Float64, queue_size=1)
+            while not rospy.is_shutdown():
+                publisher.publish(rosslt.location(2.0, name='scale'))
+                rospy.sleep(0.05)
+            """
+        with Node('losing', code) as node:
+            wait_until(lambda: rosslt('explain', '/lost/data').returncode == 0, 'it publishes')
+            node.process.kill()
+            node.process.wait()
+            for words in (['/lost/data', '--timeout', '0.5'], ['/losing/scale']):
+                told = failure('explain', *words)
+                assert '; cannot reach /losing: nothing listens at its address ' in told
+                assert told.endswith(' it has been killed. `rosnode cleanup` has the master forget it')
+
+
 class TestForce:
     def test_changes_the_source_and_prints_what_changed(self, talker):
         (line,) = lines('force', '/gate/pose/position/x', '13')

@@ -65,9 +65,9 @@ DRIVING = """
 def test_what_raises_later_names_the_change_before(master):
     with Node('driving', DRIVING) as node:
         wait_until(lambda: rosslt('echo', '-n', '1', '/driven').returncode == 0, 'it stands')
-        assert rosslt('set', '/driving/top', '0.8').returncode == 0
         assert rosslt('set', '/driving/slow', '0.4').returncode == 0
         assert rosslt('set', '/driving/slow', '0').returncode == 0, 'the line does not run'
+        assert rosslt('set', '/driving/top', '0.8').returncode == 0
         changed = 'slow 0.4 -> 0.0 (`rosslt set /driving/slow 0.4` takes it back), '
         changed += 'top 1.0 -> 0.8 (`rosslt set /driving/top 1.0` takes it back)'
         line = node.line_of('publish(min(')
@@ -89,7 +89,7 @@ def test_what_raises_long_after_a_change_names_it_in_the_log(master):
         assert rosslt('set', '/rolling/slow', '0').returncode == 0
         master.setParam('/rolling_place', -5.0)
         told = 'a callback of a Subscriber raises from what was changed before\nZeroDivisionError: float division by '
-        told += f'zero (rolling.py:{node.line_of("publish(min(")}, which also reads what was changed before: slow 0.5 '
+        told += f'zero (rolling.py:{node.line_of("publish(min(")}, which reads what was changed before: slow 0.5 '
         wait_until(lambda: told in node.logged(), node.logged)
         assert rosslt('set', '/rolling/top', '0.8').returncode == 0, 'that is not to blame'
         assert node.logged().count(told) == 1

@@ -43,7 +43,7 @@ def test_an_error_names_what_an_earlier_run_left_and_how_to_drop_it(master, tmp_
     with Unmodified(tmp_path, 'leaving', LEAVING) as again:
         wait_until(lambda: '/leaving/GOAL' in command('list', '/leaving').stdout, 'its locations')
         left = 'which also reads what was changed before: SLOW 0.5 -> 0.0 before the node was started (`rosslt reset '
-        left += '/leaving/SLOW` takes it back)'
+        left += '/leaving/SLOW` says how to take it back)'
         assert f'(leaving.py:14, {left}), which ends the node; taken back' in failure('set', '/leaving/GOAL', '3')
         assert again.end()[0] == 1
     told = failure('reset', '/leaving/SLOW')
@@ -68,7 +68,7 @@ def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path
     with Unmodified(tmp_path, 'parting', text) as again:
         wait_until(lambda: '/parting/GOAL' in command('list', '/parting').stdout, 'its locations')
         left = 'which also reads what was changed before: '
-        left += '/parting/slow 0.5 -> 0.0 (`rosslt set /parting/~slow 0.5` takes it back)'
+        left += '/parting/slow 0.5 -> 0.0 (`rosslt set /parting/~slow 0.5` says how to take it back)'
         assert left in failure('set', '/parting/GOAL', '3')
         assert again.end()[0] == 1
     told = failure('set', '/parting/~slow', '0.5')
@@ -79,3 +79,32 @@ def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path
     with Unmodified(tmp_path, 'parting', text), Listener('parting', PointStamped) as heard:
         assert command('set', '/parting/GOAL', '3').returncode == 0
         heard.comes(lambda message: message.point.x == 1.0)
+
+
+RATED = """import rospy
+from std_msgs.msg import Float64
+rospy.init_node('rated')
+pub = rospy.Publisher('rated', Float64, queue_size=1)
+rate = rospy.Rate(rospy.get_param('~rate', 10))
+while not rospy.is_shutdown():
+    pub.publish(1.5)
+    rate.sleep()
+"""
+
+
+def test_a_rate_that_ends_the_next_start_is_named_and_can_be_set(master, tmp_path):
+    with Unmodified(tmp_path, 'rated', RATED) as started:
+        wait_until(lambda: 'takes effect at the next start' in command('list', '/rated').stdout, 'it goes round')
+        assert command('set', '/rated/~rate', '0').returncode == 0
+        started.stop(signal.SIGTERM)
+    with Unmodified(tmp_path, 'rated', RATED) as again:
+        code, _, errors = again.end()
+    assert code == 1
+    assert '/rosslt/node/' not in errors, 'the traceback has the lines that it has without rosslt'
+    assert 'ZeroDivisionError: float division by zero (rated.py:5, which reads what was changed before: ' in errors
+    advice = errors.rpartition('(`')[2].partition('`')[0]
+    assert advice == 'rosslt set /rated/~rate 10'
+    told = failure(*advice.split()[1:])
+    subprocess.run(told.split('`')[1].replace('VALUE', '10').split(), check=True)
+    with Unmodified(tmp_path, 'rated', RATED):
+        wait_until(lambda: 'takes effect at the next start' in command('list', '/rated').stdout, 'it goes round')

@@ -65,27 +65,27 @@ def test_a_change_that_makes_the_main_program_raise_is_taken_back_and_named(mast
 
 
 @pytest.mark.rostest
-def test_what_ends_the_node_later_is_named_with_old_changes(master):
-    """Nothing tells whether one of them reaches the line."""
-    code = """
+@pytest.mark.parametrize(('line', 'told'), [('1 / gain', 'from'), ('1 / whole', 'after')])
+def test_last_words_name_a_change_that_was_made_long_before(master, line, told):
+    code = f"""
         import rosslt.node.location_server as owner
-
         owner.SUSPECT = 0.0
-        count = rosslt.location(1, name='count')
-        print('ready', flush=True)
-        sys.stdin.readline()
-        length = len(range(count))
-        [2.0, 3.0][length]
+        while not rospy.is_shutdown():
+            gain = rosslt.location(2.0, name='gain')
+            whole = int(str(gain)[0])
+            if rospy.get_param('/ending_{told}_now', False):
+                {line}
+            print('turned', flush=True)
+            rospy.sleep(0.01)
         """
-    with Node('indexing', code) as node:
-        assert node.read_line() == 'ready'
-        assert rosslt('set', '/indexing/count', '2').returncode == 0
-        node.process.stdin.write('\n')
-        node.process.stdin.flush()
+    with Node(f'ending_{told}', code) as node:
+        assert node.read_line() == 'turned'
+        assert rosslt('set', f'{node.name}/gain', '0').returncode == 0, 'the line does not run'
+        rosgraph.Master('/test').setParam(node.name + '_now', True)
         assert node.process.wait(30) == 1
-        told = 'the node ends after what was changed before\nIndexError: list index out of range (indexing.py:'
-        wait_until(lambda: told in node.logged(), lambda: node.logged())
-        assert 'changed before: count 1 -> 2 (`rosslt set /indexing/count 1` takes it back)' in node.logged()
+        log = node.logged()
+        assert f'the node ends {told} what was changed before\nZeroDivisionError: ' in log
+        assert f'gain 2.0 -> 0.0 (`rosslt reset {node.name}/gain` says how to take it back))' in log
 
 
 @pytest.mark.rostest

@@ -1,11 +1,12 @@
 """Which locations reach the line that an exception comes from."""
 
 from typing import Any, NamedTuple
+from unittest.mock import Mock
 
 import pytest
 
 from rosslt import values
-from rosslt.node.change.fault_localization import locations_read
+from rosslt.node.change.fault_localization import described_error, locations_read
 
 SOURCES = [values.Source('/node', number) for number in range(9)]
 
@@ -84,3 +85,20 @@ def test_what_stands_in_a_line_is_found_whatever_the_line_reads():
     line = caught.tb.tb_lineno
     at = [At(SOURCES[5], __file__, line), At(SOURCES[6], __file__, line + 1), At(SOURCES[7], '', line)]
     assert [one.source for one in locations_read(caught.value, at)] == [SOURCES[5]]
+
+
+def remainder(speed, ramp, count):
+    return speed % (ramp['slow'] * count)
+
+
+@pytest.mark.parametrize('zero', [1, 2])
+def test_a_change_of_a_divisor_to_0_is_named_first(zero):
+    speed, slow, count = (values.track(0.0 if number == zero else 1.0, SOURCES[number]) for number in range(3))
+    with pytest.raises(ZeroDivisionError) as caught:
+        remainder(speed, {'slow': slow}, count)
+    changed = [Mock(source=source, remembered=False) for source in SOURCES[:3]]
+    told = described_error(
+        caught.value, dict.fromkeys(changed, (1.0, 0.0)), set(changed), 'n{0.location_id}'.format, True, False
+    )
+    named = [int(one[0]) for one in told.split('set n')[1:]]
+    assert named == [zero, *(one for one in range(3) if one != zero)]

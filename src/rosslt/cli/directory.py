@@ -168,6 +168,25 @@ def find_node_or_location(master: rosgraph.Master, directory: Directory, text: s
     return tracked_node(master, text), None
 
 
+def instead_of_topic(master: rosgraph.Master, text: str) -> str:
+    """What else than a topic a text names, and which verb is for that, as the end of a sentence: a node that has
+    locations, or a location. If the node does not answer, why; '' if it names neither."""
+    nodes = tracked_nodes(master)
+    name, text = _split(text, nodes)
+    if text in nodes:
+        return f'; {text} is a node: `rosslt list {text}` has its locations'
+    if name is None:
+        return ''
+    try:
+        places = locations_of(master, Directory(), name)
+    except Failure as failure:
+        return f'; {failure}'
+    wanted = text[len(name) + 1 :]
+    if not any(wanted == place.local_name or place.is_called(wanted) for place in places):
+        return ''
+    return f'; {text} is a location: `rosslt get {text}` has its value, and `rosslt graph` the fields that it reaches'
+
+
 def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
     """Return the location named by NODE/LOCATION or NODE#ID.
 

@@ -8,7 +8,7 @@ import rospy
 
 from rosslt import node
 from rosslt.cli.failure import Failure, did_you_mean
-from rosslt.cli.master import full_name, system_state
+from rosslt.cli.master import full_name, problem_of, system_state
 from rosslt.node import Heard
 
 #: Time to wait for the other publishers of a topic after the first message, in seconds.
@@ -81,5 +81,7 @@ def heard_publishers(
     if not found:
         if others:
             raise Failure(f'no such message on {topic} within {timeout:g} s, but {others} others')
-        raise Failure(stream.why_nothing(timeout))
+        problems = ((name, problem_of(master, name)) for name in awaited)
+        unreachable = [f'cannot reach {name}: {problem}' for name, problem in problems if problem]
+        raise Failure('; '.join([stream.why_nothing(timeout), *unreachable]))
     return [found[name] for name in sorted(found)]

@@ -20,7 +20,7 @@ _HERE = os.path.dirname(os.path.abspath(__file__))
 _OURS = tuple(
     os.path.join(find(os.path.dirname(_HERE)), room) + os.sep
     for find in (os.path.abspath, os.path.realpath)
-    for room in ('instrument', 'cli', 'values')
+    for room in ('instrument', 'cli', 'values', 'node')
 )
 
 

@@ -79,7 +79,9 @@ def _end_by(report: Callable[..., Any], kind: object, error: BaseException, trac
     _owner.main_ends = True
     report(kind, error, traceback)
     _take_back(error, ENDS)
-    _owner.main_ends = False
+    # What comes until the process has ended is refused, unless a thread of it goes on.
+    others = [one for one in threading.enumerate() if one is not threading.main_thread()]
+    _owner.main_ends = all(one.daemon for one in others) and not sys.flags.inspect
 
 
 def _end_thread_by(report: Callable[[Any], Any], raised: Any) -> None:

@@ -277,8 +277,8 @@ class Owner:
             if what_ends not in (ENDS, THREAD_ENDS):  # it is called again: if it still raises, the others go as well
                 suspects = [one for one in suspects if read.intersection(one.changes)] or suspects
             earlier = {**self.history.in_force(but=suspects), **kept}
-            raised = described_error(error, earlier, read, self.directory.name)
-        if not suspects and (read or (earlier and what_ends in (ENDS, THREAD_ENDS))):
+            raised = described_error(error, earlier, read, self.directory.name, bool(suspects), what_ends == ENDS)
+        if earlier and not suspects and (read or what_ends != CALLBACK_RAISES):  # others raise as ever, and go on
             rospy.logerr('%s%s what was changed before\n%s', what_ends, 'from' if read else 'after', raised)
         for request in suspects:
             values = ', '.join(f'{one.name} = {new!r}' for one, (_, new) in request.changes.items())

@@ -116,8 +116,7 @@ def watch_callbacks(called: Callable[[Tuple[str, str], float, Optional[Exception
         noting, began = _NotingCallback(callback), time.monotonic()
         invoke_callback(subscriber, message, noting, callback_args)
         raised, noting.raised = noting.raised, None  # whose traceback refers to noting
-        name = getattr(callback, '__qualname__', type(callback).__qualname__)
-        called((subscriber.resolved_name, name), began, raised)
+        called((subscriber.resolved_name, _name_of(callback)), began, raised)
 
     rospy.topics._SubscriberImpl._invoke_callback = invoke
 
@@ -131,12 +130,11 @@ def watch_timers(called: Callable[[Tuple[str, str], float, Optional[Exception]],
 
     def run(timer: Any) -> None:
         callback = timer._callback
-        name = getattr(callback, '__qualname__', type(callback).__qualname__)
 
         def noting(event: object) -> None:
             began = time.monotonic()
             callback(event)
-            called((timer.name, name), began, None)
+            called((timer.name, _name_of(callback)), began, None)
 
         timer._callback = noting
         try:
@@ -145,6 +143,10 @@ def watch_timers(called: Callable[[Tuple[str, str], float, Optional[Exception]],
             timer._callback = callback  # it may be run again
 
     rospy.timer.Timer.run = run
+
+
+def _name_of(callback: Any) -> str:
+    return str(getattr(callback, '__qualname__', type(callback).__qualname__))
 
 
 class _NotingCallback:

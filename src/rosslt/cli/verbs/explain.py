@@ -5,6 +5,7 @@ from typing import List, Tuple
 
 from rosslt import values
 from rosslt.cli import bags
+from rosslt.cli.directory import instead_of_topic
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, joined, source_values
 from rosslt.cli.master import find_master, split_topic
@@ -58,7 +59,10 @@ def run(options: argparse.Namespace) -> None:
 
 def _heard(options: argparse.Namespace) -> Tuple[List[Heard], str]:
     master = find_master()
-    topic, _, field = split_topic(master, options.field)
+    try:
+        topic, _, field = split_topic(master, options.field)
+    except Failure as failure:
+        raise Failure(f'{failure}{instead_of_topic(master, options.field)}') from None
     with listener(topic, is_exact=True) as stream:
         return heard_publishers(master, stream, topic, options.timeout, options.node), field
 

@@ -6,7 +6,7 @@ import itertools
 import linecache
 import os
 import types
-from typing import Any, Callable, Collection, Dict, Iterable, Iterator, Mapping, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, Mapping, Set, Tuple
 
 from rosslt import values
 from rosslt.messages import Scalar
@@ -20,12 +20,17 @@ MOST_NAMED = 3
 #: The most elements that are looked at of what is indexed by a computed index: it may contain itself.
 MOST_ELEMENTS = 1000
 
+#: The operators that raise a ZeroDivisionError if their right operand is 0.
+_DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
+
 
 def locations_read(error: BaseException, locations: Collection[Location]) -> Set[Location]:
     """Return the locations that are in the line that raised an exception, or reach the names that this line reads."""
     frame, line = raised_in(error)
     file = os.path.realpath(frame.f_code.co_filename)
-    reached = {source for value in _read_in(frame, line) for source in values.sources(value)}
+    names = {**frame.f_globals, **frame.f_locals}
+    parts = [part for whole in _expressions(frame, line) for part in ast.walk(whole)]
+    reached = {source for part in parts for value in _read_in(part, names) for source in values.sources(value)}
     return {
         one
         for one in locations
@@ -38,6 +43,8 @@ def described_error(
     earlier: Mapping[Location, Tuple[Scalar, Scalar]],
     read: Set[Location],
     name_of: Callable[[values.Source], str],
+    is_taken_back: bool,
+    ends_node: bool,
 ) -> str:
     """An exception in one line: where it comes from, and which earlier changes may count there.
 
@@ -47,17 +54,22 @@ def described_error(
         read: the changed locations that reach the line, as `locations_read` finds them; others are named only if none
             are known.
         name_of: what a source is called in a command.
+        is_taken_back: whether later changes are taken back.
+        ends_node: whether the node ends; what it says of the commands holds while it does not run.
     """
     file, line = raised_by(error)
-    counting = {one: change for one, change in earlier.items() if one in read or not read}
+    zeros = _sources_of_zero_divisors(error)
+    counting = [(one, change) for one, change in earlier.items() if one in read or not read]
     texts = []
-    for one, (old, new) in counting.items():
+    for one, (old, new) in sorted(counting, key=lambda change: change[0].source not in zeros):
         name = name_of(one.source)
         when = ' before the node was started' if one.remembered else ''
-        back = f'reset {name}' if one.remembered else f'set {name} {to_json(old)}'
-        texts.append(f'{one.name} {old!r} -> {new!r}{when} (`rosslt {back}` takes it back)')
+        is_left = one.remembered or (ends_node and one.literal is not None)
+        back = f'reset {name}' if is_left else f'set {name} {to_json(old)}'
+        does = 'says how to take it back' if ends_node else 'takes it back'
+        texts.append(f'{one.name} {old!r} -> {new!r}{when} (`rosslt {back}` {does})')
     more = [f'{len(texts) - MOST_NAMED} more'] if texts[MOST_NAMED:] else []
-    which = 'which also reads what was changed before: ' if read else 'changed before: '
+    which = f'which {"also " * is_taken_back}reads what was changed before: ' if read else 'changed before: '
     told = f', {which}{", ".join([*texts[:MOST_NAMED], *more])}' if texts else ''
     return f'{type(error).__name__}: {error} ({os.path.basename(file)}:{line}{told})'
 
@@ -74,23 +86,36 @@ def with_effects(described: str, ends_node: bool, others: Iterable[Mapping[Locat
     return f'{described}, which {" and ".join(effects)}' if effects else described
 
 
-def _read_in(frame: types.FrameType, line: int) -> Iterator[Any]:
-    """The numbers and texts that the expressions of a line read, as far as its variables, attributes and elements can
-    be looked up without a call of the node's code."""
+def _sources_of_zero_divisors(error: BaseException) -> Set[values.Source]:
+    """The sources of the numbers by which the line of an exception divides, and that are 0."""
+    if not isinstance(error, ZeroDivisionError):
+        return set()
+    frame, line = raised_in(error)
+    names = {**frame.f_globals, **frame.f_locals}
+    operations = [part for whole in _expressions(frame, line) for part in ast.walk(whole)]
+    divisors = [one.right for one in operations if isinstance(one, ast.BinOp) and isinstance(one.op, _DIVISIONS)]
+    read = [value for divisor in divisors for part in ast.walk(divisor) for value in _read_in(part, names)]
+    return {source for value in read if value == 0 for source in values.sources(value)}
+
+
+def _expressions(frame: types.FrameType, line: int) -> List[ast.expr]:
+    """The expressions that begin in a line of the code that a frame runs."""
     try:
         tree = ast.parse(''.join(linecache.getlines(frame.f_code.co_filename, frame.f_globals)))
     except (SyntaxError, ValueError, SystemError):  # Python 3.11 raises the last one if two threads parse
-        return
-    names = {**frame.f_globals, **frame.f_locals}
-    for whole in ast.walk(tree):
-        if isinstance(whole, ast.expr) and whole.lineno == line:
-            for part in ast.walk(whole):
-                value = _value_of(part, names)
-                if values.plain_scalar(value) is not None:
-                    yield value
-                elif value is None and isinstance(part, ast.Subscript):  # any of its elements
-                    elements = values.each_leaf(_value_of(part.value, names))
-                    yield from (leaf for _, leaf in itertools.islice(elements, MOST_ELEMENTS))
+        return []
+    return [part for part in ast.walk(tree) if isinstance(part, ast.expr) and part.lineno == line]
+
+
+def _read_in(part: ast.AST, names: Dict[str, Any]) -> Iterator[Any]:
+    """The number or text that a part of a line reads, or those of which it is one, as far as its variables, attributes
+    and elements can be looked up without a call of the node's code."""
+    value = _value_of(part, names)
+    if values.plain_scalar(value) is not None:
+        yield value
+    elif value is None and isinstance(part, ast.Subscript):  # any of its elements
+        elements = values.each_leaf(_value_of(part.value, names))
+        yield from (leaf for _, leaf in itertools.islice(elements, MOST_ELEMENTS))
 
 
 def _value_of(part: ast.AST, names: Dict[str, Any]) -> Any:
