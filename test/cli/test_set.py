@@ -144,7 +144,7 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         assert node.process.wait(30) == 1
         node.start()
         assert node.read_line() == 'ready'
-        wait_until(lambda: rosslt('get', '/stopping/scale').stdout == '2.0\n', 'the code says so again')
+        assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
         assert rosslt('get', '/stopping/other').stdout == '3.0\n'
 
 

@@ -322,7 +322,6 @@ def test_what_is_called_on_the_value_of_a_parameter_is_not_its_default(master, h
         started.stop()
 
 
-@pytest.mark.rostest
 def test_a_default_that_is_a_name_is_set_at_its_literal(master, hearing, tmp_path):
     code = """#!/usr/bin/env python3
 import rospy

@@ -89,6 +89,33 @@ def test_last_words_name_a_change_that_was_made_long_before(master, line, told):
 
 
 @pytest.mark.rostest
+@pytest.mark.parametrize('goes_on', [False, True])
+def test_a_node_that_ends_takes_no_change_unless_a_thread_goes_on(master, goes_on):
+    """What is changed after all was taken back would be kept, and may end each start."""
+    code = f"""
+        import atexit, threading
+
+        def wait():
+            print('ends', flush=True)
+            sys.stdin.readline()
+
+        gain = rosslt.location(2.0, name='gain')
+        threading.Thread(target=wait).start() if {goes_on} else atexit.register(wait)
+        raise RuntimeError('the main program')
+        """
+    with Node('lingering', code) as node:
+        assert node.read_line() == 'ends'
+        wait_until(lambda: 'RuntimeError: the main program' in node.logged(), 'it has raised')
+        if goes_on:
+            wait_until(lambda: rosslt('set', '/lingering/gain', '3').returncode == 0, 'it takes changes again')
+        else:
+            assert 'the node ends' in failure('set', '/lingering/gain', '3')
+        node.process.stdin.write('\n')
+        node.process.stdin.flush()
+        assert node.process.wait(30) == 1
+
+
+@pytest.mark.rostest
 def test_a_location_keeps_to_what_the_field_holds_that_it_is_sent_in(master):
     code = """
         from std_msgs.msg import Int32, UInt8

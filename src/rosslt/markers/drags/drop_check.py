@@ -47,8 +47,8 @@ class Drop:
 
     @property
     def is_passed_by(self) -> bool:
-        """True if messages that came after the last change still have the thing from the values before it."""
-        return self.loop.old > 1 and not self.loop.seen
+        """True if messages that came after the last change had the thing from the values before it."""
+        return self.loop.old > 1
 
     @property
     def is_elsewhere(self) -> bool:
