@@ -73,7 +73,7 @@ class Partly:
             self.pub.publish(self.dt, self.period, PAUSE)
             self.rate.sleep()
 
-rospy.Timer(rospy.Duration(1.0 / rospy.get_param('~watch', 2.0)), lambda event: None)
+rospy.Timer(rospy.Duration(1.0 / rospy.get_param('~watch', 2)), lambda event: None)
 Partly().run()
 """
 
@@ -231,7 +231,7 @@ def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
         wait_until(lambda: late('/partly').get('~rate') == of_rate, 'the first round')
         found = late('/partly')
         assert (found['PAUSE'], found['~period']) == (of_pause, '')  # the Duration of the period is made again
-        assert 'nothing that the node keeps came of it' in found['~watch']
+        assert 'nothing that the node keeps came of it, but for rospy.Duration at partly.py:26' in found['~watch']
         assert rosslt('set', '/partly/~period', '0.1').stderr == ''
         assert rosslt('set', '/partly/~rate', '10').stderr == f'rosslt set: {of_rate}; what else uses it follows\n'
         heard.comes(lambda message: message.x == 0.1)

@@ -7,7 +7,7 @@ import copy
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple, Union
 
 from rosslt import files
-from rosslt.instrument.callees import CHANCE
+from rosslt.instrument.callees import CHANCE, PARAMETER_CALLS
 from rosslt.instrument.lifetimes import bound_arguments, own_functions
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.plain_readings import plain_readings
@@ -104,7 +104,9 @@ def rewrite(content: bytes, path: str, named: str) -> Rewritten:
     name = name_of_cells(source.path, source.digest)
     bound = bound_names(tree)
     taken = plain_readings(tree, bound)
-    rewriter = _Rewriter(name, cells, states, bound, taken, _shared_names(tree), *_hidden(tree, cells))
+    whole = _Hidden(tree, cells, (int,))
+    hidden = _Hidden(tree, cells, (int, float)) if _uses_numpy(tree) else whole
+    rewriter = _Rewriter(name, cells, states, bound, taken, _shared_names(tree), hidden, whole)
     set_up, reaches_others = names_of_set_up(tree), reaches_other_modules(tree)
     tree = ast.fix_missing_locations(rewriter.visit(tree))
     code = compile(tree, named, 'exec', dont_inherit=True)
@@ -131,31 +133,25 @@ def _shared_names(tree: ast.AST) -> Set[str]:
     return {name for node in ast.walk(tree) if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
 
 
-def _hidden(tree: ast.AST, cells: object) -> Tuple[Set[str], Tuple[type, ...]]:
-    """Find right operands whose provenance a plain number on the left would ignore.
+class _Hidden:
+    """Finds right operands whose provenance a plain number on the left would ignore.
 
-    Returns:
-        The names, without what they are attributes of, that may stand for such numbers, and the classes of those: ints,
-        and floats too if there is NumPy.
+    Attributes:
+        kinds: the classes of such numbers: ints, and if the left one may be NumPy's, floats too.
+        names: the names, without what they are attributes of, that may stand for them.
     """
-    kinds: Tuple[type, ...] = (int, float) if _uses_numpy(tree) else (int,)
-    names: Set[str] = set()
-    functions = own_functions(tree)
-    before = -1
-    while before < len(names):  # until no name is added
-        before = len(names)
-        for node in ast.walk(tree):
-            names |= _given(node, functions, _Makers(kinds, cells, names))
-            names.discard('')
-    return names, kinds
 
-
-class _Makers(NamedTuple):
-    """Finds expressions whose numbers a plain left operand would treat as plain."""
-
-    kinds: Tuple[type, ...]
-    cells: Any
-    names: Set[str]
+    def __init__(self, tree: ast.AST, cells: Any, kinds: Tuple[type, ...]) -> None:
+        self._cells = cells
+        self.kinds = kinds
+        self.names: Set[str] = set()
+        functions = own_functions(tree)
+        before = -1
+        while before < len(self.names):  # until no name is added
+            before = len(self.names)
+            for node in ast.walk(tree):
+                self.names |= _given(node, functions, self)
+                self.names.discard('')
 
     def make(self, node: Optional[ast.AST]) -> bool:
         """Return whether an expression makes such a number from a literal, a parameter or a name for one of these."""
@@ -167,12 +163,30 @@ class _Makers(NamedTuple):
         has_floats = float in self.kinds
         elements = [one for one in getattr(node, 'elts', [node]) if has_floats or not _is_fraction(one)]
         return any(
-            (id(part) in self.cells and type(self.cells[id(part)][1].value) in self.kinds)
-            or (isinstance(part, ast.Call) and _last_name(part.func) in ('get_param', 'get_param_cached'))
+            (id(part) in self._cells and type(self._cells[id(part)][1].value) in self.kinds)
+            or (isinstance(part, ast.Call) and _last_name(part.func) in PARAMETER_CALLS)
             or (has_floats and isinstance(part, (ast.Name, ast.Attribute)) and _last_name(part) in self.names)
             for element in elements
             for part in ast.walk(element)
         )
+
+    def may_be(self, node: ast.AST) -> bool:
+        """Return whether an operand may be such a number."""
+        if id(node) in self._cells:
+            return type(self._cells[id(node)][1].value) in self.kinds
+        if isinstance(node, ast.BinOp):
+            return (float in self.kinds or not _is_fraction(node)) and (
+                self.may_be(node.left) or self.may_be(node.right)
+            )
+        if isinstance(node, ast.UnaryOp):
+            return self.may_be(node.operand)
+        if isinstance(node, ast.Call):
+            # With NumPy, any function of such numbers may give one; else only those that give ints, and parameters.
+            is_of_hidden = float in self.kinds and any(map(self.may_be, node.args))
+            return is_of_hidden or _last_name(node.func) in {'int', 'round', 'len', 'abs', *PARAMETER_CALLS}
+        name = _last_name(node)
+        # Constants of other modules are called so.
+        return name in self.names or (float in self.kinds and name.isupper())
 
 
 def _is_fraction(node: ast.AST) -> bool:
@@ -188,7 +202,7 @@ def _is_fraction(node: ast.AST) -> bool:
     )
 
 
-def _given(node: ast.AST, functions: Dict[str, List[ast.AST]], makers: _Makers) -> Set[str]:
+def _given(node: ast.AST, functions: Dict[str, List[ast.AST]], makers: _Hidden) -> Set[str]:
     """The names that a statement, a call or a definition gives such numbers."""
     if isinstance(node, (ast.Assign, ast.AnnAssign)) and makers.make(node.value):
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
@@ -235,8 +249,8 @@ class _Rewriter(ast.NodeTransformer):
         bound: Set[str],
         taken: Dict[int, str],
         shared: Set[str],
-        hidden: Set[str],
-        kinds: Tuple[type, ...],
+        hidden: _Hidden,
+        whole: _Hidden,
     ) -> None:
         self._name_of_cells = name
         self._cells = cells
@@ -245,8 +259,7 @@ class _Rewriter(ast.NodeTransformer):
         self._taken = taken
         self._chance = CHANCE - bound
         self._shared = shared
-        self._hidden = hidden
-        self._kinds = kinds
+        self._hidden, self._whole = hidden, whole
         self._is_exact = False  # whether what is visited is in a method of `_EXACT`
 
     def visit(self, node: ast.AST) -> Any:
@@ -299,7 +312,10 @@ class _Rewriter(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         operator = OPERATORS.get(type(node.op))
-        is_needed = operator is not None and not self._is_known(node.left) and self._may_be_hidden(node.right)
+        # A float that is no location, as in `1.0 / rate`, hides ints alone.
+        is_float = type(getattr(node.left, 'value', None)) is float and id(node.left) not in self._cells
+        hidden = self._whole if is_float else self._hidden
+        is_needed = operator is not None and (is_float or not self._is_known(node.left)) and hidden.may_be(node.right)
         self.generic_visit(node)
         return _call(operator, [node.left, node.right], node) if operator and is_needed else node
 
@@ -310,23 +326,6 @@ class _Rewriter(ast.NodeTransformer):
             or isinstance(node, (ast.Constant, ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.ListComp))
             or any(isinstance(part, ast.Call) and _last_name(part.func) in self._chance for part in ast.walk(node))
         )
-
-    def _may_be_hidden(self, node: ast.AST) -> bool:
-        if id(node) in self._cells:
-            return type(self._cells[id(node)][1].value) in self._kinds
-        if isinstance(node, ast.BinOp):
-            return (float in self._kinds or not _is_fraction(node)) and (
-                self._may_be_hidden(node.left) or self._may_be_hidden(node.right)
-            )
-        if isinstance(node, ast.UnaryOp):
-            return self._may_be_hidden(node.operand)
-        if isinstance(node, ast.Call):
-            # With NumPy, any function of such numbers may give one; else only those that give ints.
-            is_of_hidden = float in self._kinds and any(map(self._may_be_hidden, node.args))
-            return is_of_hidden or _last_name(node.func) in ('int', 'round', 'len', 'abs')
-        name = _last_name(node)
-        # Constants of other modules are called so.
-        return name in self._hidden or (float in self._kinds and name.isupper())
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:
         has_literals = any(isinstance(operand, ast.Constant) for operand in (node.left, *node.comparators))
@@ -392,7 +391,7 @@ class _Rewriter(ast.NodeTransformer):
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
         is_needed = (
-            operator is not None and self._is_same_twice(node.target, node.value) and self._may_be_hidden(node.value)
+            operator is not None and self._is_same_twice(node.target, node.value) and self._hidden.may_be(node.value)
         )
         is_plain = id(node.value) in self._cells and self._cells[id(node.value)][1].rule == 'step'
         self.generic_visit(node)
