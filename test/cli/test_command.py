@@ -241,7 +241,7 @@ class TestGetAndSet:
             failure('get', '/nobody/radius')
             == 'rosslt get: /nobody/radius begins with no node that has locations; see rosslt list'
         )
-        assert failure('get', '/talker') == 'rosslt get: /talker names no location of the node; see rosslt list /talker'
+        assert failure('get', '/talker') == 'rosslt get: /talker is a node; rosslt list /talker has its locations'
 
     def test_names_are_those_of_the_namespace(self, talker):
         assert rosslt('get', 'radius', ROS_NAMESPACE='/talker').stdout == '2.0\n'

@@ -207,7 +207,7 @@ class TestDoctor:
             ((kind, text),) = found
             assert (kind, code) == ('fault', 1)
             assert re.match('/plain is plain: /rostopic_.* uses rospy as it is: start it with `rosslt run`', text)
-            assert '`rosslt doctor /plain` says why' in failure('force', '/plain/x', '2')
+            assert '`rosslt doctor /plain/x` says why' in failure('force', '/plain/x', '2')
             assert 'as /rostopic' in failure('explain', '/plain/x')
         finally:
             plain.terminate()

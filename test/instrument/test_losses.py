@@ -4,7 +4,7 @@ import re
 
 import pytest
 import rospy
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Point, TwistStamped
 from rosslt.srv import FindLosses
 from std_msgs.msg import Float64, Float64MultiArray, String
 
@@ -135,9 +135,41 @@ def test_the_doctor_says_that_a_branch_sends_constants(master, tmp_path):
         )
 
 
+RAMP = """
+import rospy
+from geometry_msgs.msg import Point
+
+class Cart:
+    def __init__(self):
+        self.speed, self.x = 0.0, 0.0
+
+    def step(self, wanted):
+        self.speed = max(self.speed - 0.01, min(self.speed + 0.01, wanted))
+        self.x += self.speed
+        return Point(self.x, self.speed, wanted)
+
+rospy.init_node('ramp')
+pub = rospy.Publisher('place', Point, queue_size=1)
+cart = Cart()
+while not rospy.is_shutdown():
+    pub.publish(cart.step(0.5))
+    rospy.sleep(0.02)
+"""
+
+
+def test_the_doctor_says_which_lines_carry_a_state_on(master, tmp_path):
+    lines = RAMP.lstrip().splitlines()
+    steps = '; '.join(f'ramp.py:{number}: {lines[number - 1].strip()}' for number in (9, 10))
+    with Unmodified(tmp_path, 'ramp', RAMP.lstrip()), Listener('place', Point) as heard:
+        heard.comes(lambda message: values.is_tracked(message.z))
+        assert '`rosslt doctor /place/y` says why' in command('explain', '/place/y').stderr
+        said = f'y cannot be forced: it has no source, as /ramp sends it; what its code carries on {{}} none: {steps}'
+        assert ('note', said.format('from round to round has')) in findings('/place/y')
+
+
 WAITING = """
 import rospy
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Point, TwistStamped
 rospy.init_node('waiting')
 pub = rospy.Publisher('command', TwistStamped, queue_size=1)
 speed = 0.5

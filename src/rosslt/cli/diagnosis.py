@@ -170,6 +170,12 @@ class Losses:
         lines = zip(answer.files, answer.lines, answer.texts)
         return few([f'{os.path.basename(file)}:{line}: {text}' for file, line, text in lines], '; ')
 
+    def steps_of(self, publisher: str) -> str:
+        """List the lines that carry numbers on from one round to the next, as a part of a sentence; '' if none did."""
+        self._asking.join()
+        answer = self._answers.get(publisher)
+        return few(answer.steps, '; ') if answer is not None else ''
+
     def why_plain(self, publisher: str, topic: str, sent: Stream) -> str:
         """Say why messages of a node that `rosslt run` runs have no provenance; '' if the node does not say how it
         sends them."""
@@ -184,11 +190,12 @@ class Losses:
             return f'{publisher} sends it by a Publisher that `rosslt run` has not replaced: a library has made it'
         is_constant = sent.count > 1 and not sent.is_varied
         values_sent = 'the same values in each message' if is_constant else 'values'
-        at = _at(answer.sent_at[index])
+        at, steps = _at(answer.sent_at[index]), self.steps_of(publisher)
+        carried = f', and what its code carries on from round to round ({steps})' if steps else ''
         why = (
             'Earlier messages had some: another branch of its code runs now, or what was received has taken their place'
             if answer.had_sources[index]
-            else 'Constants, text that is made of numbers, and what is received without sources have none; '
+            else f'Constants, text that is made of numbers, what is received without sources{carried} have none; '
             'another branch of its code may compute them from a location'
         )
         return f'{publisher} sends {values_sent} without sources{at}. {why}'
@@ -310,7 +317,9 @@ class Examination:
         """The fields that cannot be forced, although others can."""
         plain = [path for path, sources in fields.items() if not sources]
         if plain:
-            yield Finding(NOTE, f'{few(plain)} cannot be forced: it has no source, as {publisher} sends it')
+            steps = self._losses.steps_of(publisher)
+            carried = f'; what its code carries on from round to round has none: {steps}' if steps else ''
+            yield Finding(NOTE, f'{few(plain)} cannot be forced: it has no source, as {publisher} sends it{carried}')
         fixed = [path for path, sources in fields.items() if sources and not any(map(self._can_change, sources))]
         if fixed:
             yield Finding(NOTE, f'{few(fixed)} cannot be forced: none of its locations can be changed')

@@ -115,7 +115,8 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     found, text = _split(text, nodes)
     if found is None:
         if text in nodes:
-            raise Failure(f'{text} names no location of the node; see rosslt list {text}')
+            why = problem_of(master, text)
+            raise Failure(f'cannot reach {text}: {why}' if why else f'{text} is a node; rosslt list {text} has its locations')
         meant = did_it_begin_with(text, nodes)
         known = _kept_of(master, text) or _parameter_of(master, text) or 'see rosslt list'
         raise Failure(f'{text} begins with no node that has locations{meant}; {known}')

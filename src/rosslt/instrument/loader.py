@@ -139,8 +139,8 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     # A function of the module may be called with other globals.
     found = vars(builtins)
     found[name_of_cells(path, made.digest)] = names[CELLS]
-    found[PLAIN] = cells.plain
-    found[PLAIN_PARTS] = cells.plain_parts
+    found.setdefault(PLAIN, cells.plain)  # as it is watched, if it is
+    found.setdefault(PLAIN_PARTS, cells.plain_parts)
     found[OBJECT] = cells.plain_object
     found[SAME] = cells.is_same
     found[TAKEN] = node.taken

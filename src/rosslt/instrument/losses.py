@@ -1,11 +1,12 @@
-"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, and where
-recording costs most.
+"""Finds the lines of a node where numbers lose their provenance, while it starts and while somebody asks, those that
+carry a state on, which has none, and where recording costs most.
 
 Code that needs a plain float calls `__float__`: NumPy does so when a number is written into an array without
 provenance, and so do other libraries. Tracked numbers define that method only while losses are counted, so that it
 costs nothing otherwise.
 """
 
+import builtins
 import linecache
 import math
 import os
@@ -19,8 +20,9 @@ from typing import Any, Dict, Tuple
 import rospy
 
 from rosslt import srv, values
+from rosslt.instrument import cells
 from rosslt.instrument.budget import BUDGET
-from rosslt.instrument.tree_rewriting import CELLS
+from rosslt.instrument.tree_rewriting import CELLS, PLAIN, PLAIN_PARTS
 
 #: Duration of the search after a node's first message, in seconds.
 START = 5.0
@@ -50,6 +52,7 @@ class Losses:
         self._counts: Dict[Tuple[str, int], int] = {}
         self._topics: Dict[str, bool] = {}  # whether a number on it had a source
         self._sent: Counter = Counter()  # by (topic, file, line)
+        self._steps: Counter = Counter()  # by (file, line)
         self._watchers = 0
         self._lock = threading.Lock()
         self._is_starting = False
@@ -77,6 +80,7 @@ class Losses:
                 self.is_watched = True
                 for kind in _NUMBERS:
                     kind.__float__ = _plain_float
+                vars(builtins).update({PLAIN: _plain_step, PLAIN_PARTS: _plain_steps})
 
     def end(self) -> None:
         """Look no more, if nobody else does."""
@@ -86,6 +90,7 @@ class Losses:
                 self.is_watched = False
                 for kind in _NUMBERS:
                     del kind.__float__
+                vars(builtins).update({PLAIN: cells.plain, PLAIN_PARTS: cells.plain_parts})
 
     def note(self, frame: Any) -> None:
         """Count a number that has lost its provenance in a frame, or in a function called from there."""
@@ -98,6 +103,12 @@ class Losses:
             if _package(frame) in _SINKS:
                 return
             frame = frame.f_back
+
+    def stepped(self, frame: Any) -> None:
+        """Note that the line of a frame has carried a state on."""
+        place = _place(frame)
+        if place and (place in self._steps or len(self._steps) < MOST_PLACES):
+            self._steps[place] += 1
 
     def places(self) -> Dict[Tuple[str, int], int]:
         """{(file, line): how many numbers have lost their provenance there}."""
@@ -123,7 +134,7 @@ class Losses:
         """Look for so long; serves `~rosslt/find_losses`."""
         end = time.monotonic() + min(max(request.seconds, 0.0), LONGEST)
         cpu, recording = time.process_time(), BUDGET.spent
-        lines, sent = BUDGET.lines.copy(), self._sent.copy()
+        lines, sent, steps = BUDGET.lines.copy(), self._sent.copy(), self._steps.copy()
         self.begin()
         try:
             while not rospy.is_shutdown() and time.monotonic() < end:
@@ -143,6 +154,7 @@ class Losses:
             list(topics),
             list(topics.values()),
             ['; '.join(_shown(*place) for topic, *place in sending if topic == one) for one in topics],
+            [_shown(*place) for place in sorted(self._steps.copy() - steps)],
         )
 
 
@@ -167,6 +179,16 @@ LOSSES = Losses()
 def _plain_float(number: Any) -> float:
     LOSSES.note(sys._getframe(1))
     return float(number._plain)
+
+
+def _plain_step(value: Any) -> Any:
+    LOSSES.stepped(sys._getframe(1))
+    return cells.plain(value)
+
+
+def _plain_steps(parts: Any, *others: int) -> Any:
+    LOSSES.stepped(sys._getframe(1))
+    return cells.plain_parts(parts, *others)
 
 
 def _has_provenance(thing: Any, depth: int = 3) -> bool:

@@ -53,8 +53,8 @@ def run(options: argparse.Namespace) -> None:
             (_show if is_terminal() else _write)(each, path, leaf, directory)
     if not found:
         names = ' and '.join(each.publisher or each.topic for each in received)
-        topic = received[0].topic
-        raise Failure(f'nothing in it has a source, as {names} sends it; `rosslt doctor {topic}` says why')
+        part = '/'.join(filter(None, (received[0].topic, field)))
+        raise Failure(f'nothing in it has a source, as {names} sends it; `rosslt doctor {part}` says why')
 
 
 def _heard(options: argparse.Namespace) -> Tuple[List[Heard], str]:

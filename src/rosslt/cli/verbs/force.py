@@ -85,7 +85,8 @@ def run(options: argparse.Namespace) -> None:
         publisher, chosen = _chosen(directory, parts, options.source or [])
         part = parts[publisher]
         if not values.sources(part):
-            raise Failure(f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {topic}` says why')
+            whole = '/'.join(filter(None, (topic, field)))
+            raise Failure(f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {whole}` says why')
         if len(parts) > 1:
             print(
                 'rosslt force: {} publish {}; this is about the messages of {}, --node takes another'.format(
