@@ -90,6 +90,7 @@ class TestLock:
         rosslt('lock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/y', '7')] == [['/safe/y', '2.0', '6.0']]
         assert f'/safe: /safe/x is locked by {ME}' in failure('force', '/safe/place/x', '3')
+        assert f', locked by {ME}]' in lines('explain', '/safe/place/x')[0][2]
         rosslt('unlock', '/safe/x')
         assert [line[:3] for line in lines('force', '/safe/place/x', '3')] == [['/safe/x', '1.0', '3.0']]
 

@@ -116,7 +116,9 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     if found is None:
         if text in nodes:
             why = problem_of(master, text)
-            raise Failure(f'cannot reach {text}: {why}' if why else f'{text} is a node; rosslt list {text} has its locations')
+            raise Failure(
+                f'cannot reach {text}: {why}' if why else f'{text} is a node; rosslt list {text} has its locations'
+            )
         meant = did_it_begin_with(text, nodes)
         known = _kept_of(master, text) or _parameter_of(master, text) or 'see rosslt list'
         raise Failure(f'{text} begins with no node that has locations{meant}; {known}')

@@ -408,13 +408,13 @@ class Owner:
             found = [self.locations.by_id[one] for one in asked if one in self.locations.by_id]
             late = why_at_next_start(found)
         return srv.ListLocationsResponse(
-            [described(one, one.name in self.access.locks, late.get(one, '')) for one in found]
+            [described(one, self.access.lock_of(one.name), late.get(one, '')) for one in found]
         )
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """A location as a message; None if this node has no location of that id."""
         location = self.locations.by_id.get(location_id)
-        return location and described(location, location.name in self.access.locks)
+        return location and described(location, self.access.lock_of(location.name))
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
         self.look_at_files()

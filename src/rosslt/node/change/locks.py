@@ -60,6 +60,10 @@ class Access:
                 f'one is from {requester or "somebody who does not say"}: see {self._node}/rosslt/{ACCEPT_FROM}'
             )
 
+    def lock_of(self, location: str) -> str:
+        """Say who has locked a location, and why; '' if nobody has locked that location alone."""
+        return self.locks[location].text if location in self.locks else ''
+
     def _in_full(self, name: str) -> str:
         """What has a name here, as others know it: a parameter has its full name already."""
         return name if name.startswith('/') else f'{self._node}/{name}'.rstrip('/')

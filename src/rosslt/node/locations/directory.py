@@ -171,14 +171,15 @@ class Directory:
         """The name of a source in explanations and errors; None if nothing is known of it yet.
 
         `radius, talker.py:12:9`, and `talker.py:12:9` for a location without a name; with the node's name in front
-        if another node has such a location.
+        if another node has such a location, and with who has locked it at the end.
         """
         self.look_up([source])
         place = self.of(source)
         if place is None:
             return None
         text = f'{place.local_name}, {place.short_file}' if place.location.is_named else place.short_file
-        return f'{place.node}: {text}' if self.has_twin(place) else text
+        text = f'{place.node}: {text}' if self.has_twin(place) else text
+        return f'{text}, {place.location.locked}' if place.location.locked else text
 
     def has_twin(self, place: Place) -> bool:
         """True if another node has the same location, as one file was started twice."""

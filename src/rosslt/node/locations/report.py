@@ -26,10 +26,11 @@ def _why(location: Location) -> str:
     return f'takes effect {when}: nothing that the node keeps came of it{rest}'
 
 
-def described(location: Location, is_locked: bool = False, at_next_start: str = '') -> msg.Location:
+def described(location: Location, lock: str = '', at_next_start: str = '') -> msg.Location:
     """A location as a message; one that is locked counts as read-only, so that other sources are changed instead.
 
     Args:
+        lock: by whom it is locked, and why; '' if it is not.
         at_next_start: as `why_at_next_start` says.
     """
 
@@ -51,7 +52,8 @@ def described(location: Location, is_locked: bool = False, at_next_start: str = 
         literal=text(location.literal),
         minimum=text(minimum),
         maximum=text(maximum),
-        read_only=location.read_only or is_locked,
+        read_only=location.read_only or bool(lock),
+        locked=lock,
         at_next_start=at_next_start,
         plain_copies=_plain_copies(location),
         remembered=location.remembered,
