@@ -359,5 +359,6 @@ class TestExplain:
 
     def test_says_whose_message_has_no_source(self, nodes):
         assert failure('explain', '/gate/pose/orientation/x') == (
-            'rosslt explain: nothing in it has a source, as /talker sends it; `rosslt doctor /gate/pose/orientation/x` says why'
+            'rosslt explain: nothing in it has a source, as /talker sends it; '
+            '`rosslt doctor /gate/pose/orientation/x` says why'
         )
