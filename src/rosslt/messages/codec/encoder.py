@@ -5,6 +5,7 @@ of which sources, with which coefficients.
 """
 
 import itertools
+import operator
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.messages.codec.expressions import TERM_LIMIT, are_too_many, packed_instructions, register
@@ -28,6 +29,8 @@ from rosslt.values import AFFINE, SOURCE, UNKNOWN, Source, affine, disassemble, 
 Leaf = Tuple[int, Any, str]
 """The index of a tracked leaf, its value and its kind, as the walkers collect them."""
 
+_INDEX, _VALUE = operator.itemgetter(0), operator.itemgetter(1)
+
 Terms = Sequence[Tuple[Source, Any, Any]]
 """The sources of an affine value, each with its value and its slope."""
 
@@ -42,8 +45,12 @@ class Encoding(NamedTuple):
 
     def is_of(self, leaves: List[Leaf], full_history: bool) -> bool:
         """Return whether it is of the very same leaves: a message that is filled once and sent again has them."""
-        same = [(index, id(value)) for index, value, _ in leaves] == [(at, id(value)) for at, value, _ in self.leaves]
-        return same and self.full_history is full_history
+        is_alike = self.full_history is full_history and len(leaves) == len(self.leaves)
+        return (
+            is_alike
+            and all(map(operator.is_, map(_VALUE, leaves), map(_VALUE, self.leaves)))
+            and all(map(operator.eq, map(_INDEX, leaves), map(_INDEX, self.leaves)))
+        )
 
 
 def _encoded_within_limit(message: Message, leaves: List[Leaf], full_history: bool) -> bytes:
