@@ -240,6 +240,57 @@ def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
         assert '/partly/~rate' in next(line for line in examined.splitlines() if 'it comes from' in line)
 
 
+HOLDING = """\
+import collections, functools, itertools, queue
+import rospy
+from geometry_msgs.msg import Point
+
+STOPS = [(0.5, 0.25), (1.5, 1.25)]
+LISTS = [[2.5, 2.25], [3.5, 3.25]]
+SPEED = 4.5
+ALONE = 5.5
+
+@functools.lru_cache(maxsize=None)
+def limit():
+    return 2.0 * SPEED
+
+class Holding:
+    def __init__(self):
+        self.stops = itertools.cycle(STOPS)
+        self.todo = queue.Queue()
+        self.todo.put({ALONE})
+        self.lists = itertools.cycle(LISTS)
+        self.turns = collections.deque(LISTS)
+
+    def step(self):
+        for drawn in STOPS:
+            pub.publish(*drawn, 0.0)
+        pub.publish(*next(self.stops), limit())
+        pub.publish(*next(self.lists), self.turns[0][0] + SPEED)
+
+rospy.init_node('holding')
+pub = rospy.Publisher('~place', Point, queue_size=1)
+rate, holding = rospy.Rate(20), Holding()
+while not rospy.is_shutdown():
+    holding.step()
+    rate.sleep()
+"""
+
+
+def test_what_others_hold_is_named_if_it_follows_no_change(master, tmp_path):
+    with Unmodified(tmp_path, 'holding', HOLDING):
+        said = '{} holds values of it that follow no change'.format
+        stops = said('stops (itertools.cycle)')
+        wait_until(lambda: late('/holding').get('STOPS_1_0') == stops, 'the second stop has been gone to')
+        found = late('/holding')
+        assert found['STOPS_0_1'] == stops
+        assert found['SPEED'] == said('limit (functools.lru_cache_wrapper)')
+        assert 'nothing that the node keeps came of it, but for todo (queue.Queue)' in found['ALONE']
+        assert found['LISTS_0_0'] == found['LISTS_1_1'] == ''
+        result = rosslt('set', '/holding/STOPS_1_0', '1.75')
+        assert result.stderr == f'rosslt set: {stops}; what else uses it follows\n'
+
+
 def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):
     with Unmodified(tmp_path, 'counted', COUNTED), Listener('counted/place', Point) as heard:
         heard.next()

@@ -35,7 +35,7 @@ from rosslt.node.locations.location import (
     ParameterLocation,
     put_in_force,
 )
-from rosslt.node.locations.report import described, why_at_next_start
+from rosslt.node.locations.report import all_described, described
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.remembered import MEMORY
@@ -406,10 +406,7 @@ class Owner:
         with self.lock:
             asked = request.location_ids or list(self.locations.by_id)
             found = [self.locations.by_id[one] for one in asked if one in self.locations.by_id]
-            late = why_at_next_start(found)
-        return srv.ListLocationsResponse(
-            [described(one, self.access.lock_of(one.name), late.get(one, '')) for one in found]
-        )
+            return srv.ListLocationsResponse(all_described(found, self.access.lock_of))
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """A location as a message; None if this node has no location of that id."""

@@ -421,6 +421,10 @@ class Drags:
             reasons = reasons or ['as near as possible']
         for source in node.directory().shared(drag.handle.tracked, drag.shared, plan.after):
             reasons.append(f'{self._name_of(source)} moves others, too')
+        for source in plan.after:
+            place = node.directory().of(source)
+            if place is not None and place.location.plain_copies:
+                reasons.append(f'{self._name_of(source)}: {place.location.plain_copies}')
         reasons += [WENT_ON] if drag.went_on > NOTICEABLE else []
         reasons += [stays] if stays else []
         chosen = self.chosen.get(handle.name)

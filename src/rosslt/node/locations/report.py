@@ -1,7 +1,7 @@
 """Locations as messages."""
 
 import os
-from typing import Dict, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosslt import msg
 from rosslt.messages import Scalar
@@ -11,27 +11,34 @@ from rosslt.node.memory.plain_copies import PLAIN_COPIES
 from rosslt.node.memory.remembered import MEMORY
 
 
-def why_at_next_start(locations: Sequence[Location]) -> Dict[Location, str]:
-    """Why a change does nothing before the node starts again, as a sentence without its subject, of those locations
-    of which that holds."""
+def all_described(locations: Sequence[Location], lock_of: Callable[[str], str]) -> List[msg.Location]:
+    """Locations as messages, with what does not follow a change of them.
+
+    Args:
+        locations: of this node.
+        lock_of: says who has locked the location of a name, and why; '' if it is not locked.
+    """
+    holders = MEMORY.holders_of([location.source for location in locations])
     read_once = [location for location in locations if not location.is_read_again()]
     kept = MEMORY.kept([location.source for location in read_once]) if read_once else ()
-    return {one: _why(one) for one in read_once if one.source not in kept}
+    late = {one: _why(one, holders.get(one.source, [])) for one in read_once if one.source not in kept}
+    return [described(one, lock_of(one.name), late.get(one, ''), holders.get(one.source, [])) for one in locations]
 
 
-def _why(location: Location) -> str:
-    takers = PLAIN_COPIES.takers_of(location.source)
+def _why(location: Location, holders: List[str]) -> str:
+    takers = PLAIN_COPIES.takers_of(location.source) + holders
     rest = f', but for {" and ".join(takers)}' if takers else ''
     when = f'at the next start, or when {location.place} runs again'
     return f'takes effect {when}: nothing that the node keeps came of it{rest}'
 
 
-def described(location: Location, lock: str = '', at_next_start: str = '') -> msg.Location:
+def described(location: Location, lock: str = '', at_next_start: str = '', holders: Sequence[str] = ()) -> msg.Location:
     """A location as a message; one that is locked counts as read-only, so that other sources are changed instead.
 
     Args:
         lock: by whom it is locked, and why; '' if it is not.
-        at_next_start: as `why_at_next_start` says.
+        at_next_start: why a change does nothing before the node starts again; '' if it does something.
+        holders: what holds results of it that follow no change.
     """
 
     def text(value: Optional[Scalar]) -> str:
@@ -55,7 +62,7 @@ def described(location: Location, lock: str = '', at_next_start: str = '') -> ms
         read_only=location.read_only or bool(lock),
         locked=lock,
         at_next_start=at_next_start,
-        plain_copies=_plain_copies(location),
+        plain_copies=_plain_copies(location, holders),
         remembered=location.remembered,
         weight=location.weight or 0.0,
         rank=location.rank,
@@ -63,7 +70,7 @@ def described(location: Location, lock: str = '', at_next_start: str = '') -> ms
     )
 
 
-def _plain_copies(location: Location) -> str:
+def _plain_copies(location: Location, holders: Sequence[str]) -> str:
     """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
     is_polled = isinstance(location, ParameterLocation) and location.is_polled
     takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
@@ -71,6 +78,8 @@ def _plain_copies(location: Location) -> str:
     if takers:
         takes, runs = ('take', 'those lines run') if takers[1:] else ('takes', 'that line runs')
         told.append(f'{" and ".join(takers)} {takes} it at the next start, or when {runs} again')
+    if holders:
+        told.append(f'{" and ".join(holders)} {"hold" if holders[1:] else "holds"} values of it that follow no change')
     if location.source in MEMORY.held_back and not any(taker.startswith('numpy.') for taker in takers):
         told.append('an array whose length would change takes it at the next start, or when its length is as before')
     return '; '.join(told)

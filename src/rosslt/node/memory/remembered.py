@@ -20,6 +20,7 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.node.json_scalars import Refused
+from rosslt.node.memory.holders import Holder
 from rosslt.node.memory.walk import Reference, Slot, Walk, elements_of, numbers_in, running
 from rosslt.values import Source
 
@@ -63,6 +64,7 @@ class Memory:
         self._slots: List[Slot] = []
         self._arrays: List[Tuple[Reference, Any]] = []  # each with what it held
         self._frames: Dict[int, types.FrameType] = {}
+        self._holders: List[Holder] = []
         self._by_source: Optional[Dict[Source, List[Slot]]] = None
         self._lock = threading.RLock()
 
@@ -81,7 +83,7 @@ class Memory:
 
     def _note(self) -> None:
         walk = Walk()
-        self._slots, self._arrays, self._frames = walk.slots, walk.arrays, walk.frames
+        self._slots, self._arrays, self._frames, self._holders = walk.slots, walk.arrays, walk.frames, walk.holders
         self._by_source = None
 
     def _depending(self, sources: Collection[Source]) -> List[Slot]:
@@ -105,6 +107,16 @@ class Memory:
             for reference, noted in self._arrays:
                 held += [element for _, element in _unwritten(reference(), noted)]
             return set(sources).intersection(values.sources(held))
+
+    def holders_of(self, sources: Collection[Source]) -> Dict[Source, List[str]]:
+        """{source: what holds a result of it that follows no change, as `stops (itertools.cycle)`}; without the others."""
+        found: Dict[Source, List[str]] = {}
+        with self._lock:
+            following = {id(slot.owner()) for slot in self._slots}
+            for holder in self._holders:
+                for source in holder.sources(following):
+                    found.setdefault(source, []).append(holder.text)
+        return {source: found[source] for source in sources if source in found}
 
     def following(self, changes: Mapping[Source, messages.Scalar]) -> Following:
         """Compute the configuration for other values of its sources.

@@ -18,6 +18,7 @@ from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Opti
 import genpy
 
 from rosslt import values
+from rosslt.node.memory.holders import Holder, is_foreign
 from rosslt.node.memory.own_code import is_own_module
 
 #: What gives an owner, as in `values.exchange`; None if it is gone.
@@ -58,6 +59,7 @@ class Walk:
         slots: the places that hold something tracked.
         arrays: weak references to the arrays that do, each with what it holds.
         frames: {id: frame} of the functions that are running and have such local variables.
+        holders: what the node's own things refer to and is not looked into.
     """
 
     def __init__(self) -> None:
@@ -70,6 +72,8 @@ class Walk:
         self._kinds: Dict[int, type] = {}  # so that no other class gets the id of one
         self._own_classes: Dict[int, bool] = {}
         self._looks: Dict[int, Sequence[_Look]] = {}
+        self._foreign_classes: Set[int] = set()
+        self._foreign: Dict[int, Tuple[str, Any]] = {}  # by id, with the name by which it was found
         self._tracked = _ids_of_tracked()
         self._own_names = {
             name: is_own_module(vars(module))
@@ -94,6 +98,7 @@ class Walk:
                         look(thing)
                 except Exception:  # of an object that cannot be looked into
                     continue
+        self.holders = [Holder(name, thing) for name, thing in self._foreign.values()]
 
     def _may_be_root(self, kind: type) -> bool:
         is_code = kind is types.FunctionType or any(kind is one for one in _FRAMES)
@@ -127,6 +132,8 @@ class Walk:
         if looks is None:
             self._kinds[id(kind)] = kind
             looks = self._looks[id(kind)] = list(self._looks_into(kind))
+            if not looks and id(kind) not in self._tracked and is_foreign(kind):
+                self._foreign_classes.add(id(kind))
         return looks
 
     def _looks_into(self, kind: type) -> Iterator[_Look]:
@@ -266,6 +273,9 @@ class Walk:
                     noted.append((key, value))
             elif id(kind) in self._tracked:
                 noted.append((key, value))
+            elif id(kind) in self._foreign_classes:
+                if type(key) is str or id(value) not in self._foreign:
+                    self._foreign[id(value)] = key if type(key) is str else '', value
         return noted
 
 

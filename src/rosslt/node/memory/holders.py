@@ -1,0 +1,81 @@
+"""Finds what holds results of locations in objects that no change reaches, because they are not the node's own:
+`itertools.cycle(WAYPOINTS)`, a `queue.Queue` of goals, the results of `functools.lru_cache`.
+"""
+
+import functools
+import gc
+import sys
+import types
+from typing import Any, Collection, List, Set
+
+from rosslt import values
+
+#: Objects of these classes are not looked into: each leads to all others.
+_BORDERS = (
+    *(type, types.ModuleType, types.FunctionType, types.CodeType, types.FrameType),
+    *(types.BuiltinFunctionType, types.MethodWrapperType),
+)
+#: Nor those of these packages: what they hold is not the node's own, or follows.
+_PACKAGES = ('genpy', 'logging', 'rospy', 'rosslt', 'threading')
+
+_CACHED = type(functools.lru_cache(maxsize=None)(len))
+"""The class of functions that keep their results: they have the name of what they were made of."""
+
+_HAS_REFERENCES = 1 << 14
+"""The flag `Py_TPFLAGS_HAVE_GC` of a class."""
+
+_REFERENCES = 2
+"""How many references there are to an object that only its Holder has: the Holder's, and that of who counts."""
+
+_module_of: Any = vars(type)['__module__'].__get__
+
+
+def is_foreign(kind: type) -> bool:
+    """Return whether the objects of a class, which is not the node's own, may hold something of it."""
+    is_holding = bool(kind.__flags__ & _HAS_REFERENCES)
+    return is_holding and not issubclass(kind, _BORDERS) and str(_module_of(kind)).partition('.')[0] not in _PACKAGES
+
+
+class Holder:
+    """An object that is not the node's own, to which something of that refers.
+
+    Args:
+        name: of what refers to it, as of an attribute; '' if it has none.
+        thing: the object.
+
+    Attributes:
+        text: what people call it: `stops (itertools.cycle)`.
+    """
+
+    def __init__(self, name: str, thing: object) -> None:
+        self._thing: Any = thing
+        kind = type(thing)
+        module = str(_module_of(kind))
+        called = kind.__name__.lstrip('_') if module == 'builtins' else f'{module}.{kind.__name__.lstrip("_")}'
+        if isinstance(thing, _CACHED):
+            name = name or str(thing.__name__)
+        self.text = f'{name} ({called})' if name else called
+
+    def sources(self, following: Set[int]) -> Collection[values.Source]:
+        """The sources of the numbers that it holds, also by way of others.
+
+        Args:
+            following: the ids of objects into which changes go.
+        """
+        if sys.getrefcount(self._thing) <= _REFERENCES:  # the node has let go of it
+            self._thing = None
+        return values.sources(_held_in(self._thing, following))
+
+
+def _held_in(thing: object, following: Set[int]) -> List[Any]:
+    found, waiting, seen = [], [thing], set(following)
+    tracked = set(map(id, values.TRACKED_CLASSES))
+    while waiting:
+        one = waiting.pop()
+        if id(one) not in seen:
+            seen.add(id(one))
+            if id(type(one)) in tracked:
+                found.append(one)
+            elif is_foreign(type(one)):
+                waiting += gc.get_referents(one)
+    return found
