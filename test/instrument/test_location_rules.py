@@ -103,6 +103,7 @@ def test_a_counter_and_its_start_are_a_state():
         ('n = 3\nhalf = n // 2\nx = y[i - half:i + half]\n', ['used as an index', 'divisor']),
         ('n = 3\nx = y[:min(n, len(y))]\n', ['used as an index']),
         ('def last(y, k):\n    return y[-k:]\nx = last(y, 3)\n', ['used as an index']),
+        ("k, n, mode = 1, 2, 'go'\nx = y[k]\nz = [0.0] * n\n", ['used as an index', 'used as a count', 'term']),
         ('def last(y, k):\n    return y[-k:]\nx = last(y, k=3)\n', ['used as an index']),
         (
             'class A:\n    def __init__(self, size=3):\n        self.size = size\n'

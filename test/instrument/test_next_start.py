@@ -265,11 +265,11 @@ class Holding:
     def step(self):
         for drawn in STOPS:
             pub.publish(*drawn, 0.0)
-        pub.publish(*next(self.stops), limit())
+        gone.publish(*next(self.stops), limit())
         pub.publish(*next(self.lists), self.turns[0][0] + SPEED)
 
 rospy.init_node('holding')
-pub = rospy.Publisher('~place', Point, queue_size=1)
+pub, gone = [rospy.Publisher(name, Point, queue_size=1) for name in ('~place', '~gone')]
 rate, holding = rospy.Rate(20), Holding()
 while not rospy.is_shutdown():
     holding.step()
@@ -289,6 +289,8 @@ def test_what_others_hold_is_named_if_it_follows_no_change(master, tmp_path):
         assert found['LISTS_0_0'] == found['LISTS_1_1'] == ''
         result = rosslt('set', '/holding/STOPS_1_0', '1.75')
         assert result.stderr == f'rosslt set: {stops}; what else uses it follows\n'
+        old = ['x', '1.5', '1.75']  # as the message has it, and its source now
+        wait_until(lambda: old in [[*line[:2], line[4]] for line in lines('explain', '/holding/gone')], 'an old stop')
 
 
 def test_what_a_set_up_has_counted_or_decided_is_named(master, tmp_path):

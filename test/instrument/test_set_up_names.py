@@ -157,13 +157,85 @@ main()
 """
 
 
+STARTS = """\
+from dataclasses import dataclass
+import rospy
+from geometry_msgs.msg import Point
+
+class Default:
+    def __init__(self, x=1.5):
+        self.x = x
+
+class Given:
+    def __init__(self, x):
+        self.x = x
+
+@dataclass
+class State:
+    x: float = 2.5
+
+@dataclass
+class Shared:
+    x: float = 3.5
+
+def main():
+    rospy.init_node('starts')
+    pub = rospy.Publisher('~place', Point, queue_size=1)
+    robots = [Default(), Given(4.5), State(), Shared()]
+    rate = rospy.Rate(20)
+    end = rospy.Time.now() + rospy.Duration(1.0)
+    while rospy.Time.now() < end:
+        for robot in robots:
+            robot.x += 0.5
+        pub.publish(*[robot.x for robot in robots[:3]])
+        rate.sleep()
+    x = 95.5
+    while not rospy.has_param('/on'):
+        pub.publish(x, 0.0, 0.0)
+        rate.sleep()
+    x = 96.5
+    while not rospy.is_shutdown():
+        pub.publish(x, 0.0, 0.0)
+        rate.sleep()
+
+def heard(message):
+    Shared()
+
+rospy.Subscriber('/other', Point, heard)
+main()
+"""
+
+
 def late(name):
     """{name of a location: the last column of `rosslt list`}."""
     return {line[0].split('/', 2)[2]: line[9] for line in lines('list', name, '--all')}
 
 
 def found_in(text):
-    return set(names_of_set_up(ast.parse(text)))
+    return {name for name in names_of_set_up(ast.parse(text)) if ':' not in name}
+
+
+@pytest.mark.rostest
+def test_what_the_program_runs_once_counts_until_it_is_over(master, tmp_path):
+    with Unmodified(tmp_path, 'starts', STARTS), Listener('starts/place', Point) as heard:
+        heard.comes(lambda message: message.x == 95.5)
+        values = {line[0].split('/', 2)[2]: (line[2], bool(line[9])) for line in lines('list', '/starts', '--all')}
+        said = dict(values.values())
+        assert [said[number] for number in ('1.5', '4.5', '2.5')] == [True, True, True], values
+        assert not said['3.5']  # a callback may make one
+        assert said['95.5']
+
+
+@pytest.mark.rostest
+def test_a_number_that_the_program_comes_to_later_is_taken_then(master, tmp_path):
+    with Unmodified(tmp_path, 'starts', STARTS), Listener('starts/place', Point) as heard:
+        heard.comes(lambda message: message.x == 95.5)
+        name = next(line[0] for line in lines('list', '/starts', '--all') if line[2] == '96.5')
+        changed = rosslt('set', name, '97.5')
+        assert (changed.returncode, changed.stderr) == (0, '')
+        rospy.set_param('/on', True)
+        heard.comes(lambda message: message.x == 97.5)
+        assert 'next start' in late('/starts')[name.split('/', 2)[2]]
 
 
 @pytest.mark.rostest

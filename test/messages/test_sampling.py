@@ -256,6 +256,14 @@ def test_a_sampled_message_has_the_provenance_of_the_last_whole_one_and_what_is_
     assert sources(last.completed(message, True, '/node')) == [A, B]
 
 
+def test_what_has_moved_is_left_plain_on_request():
+    last = LastProvenance(of_moved=False)
+    last.completed(received(Point(X, X * Y, 5.0)), False, '/node')
+    found = last.completed(Point(2.0, 6.5, 5.0), True, '/node')
+    assert sources(found.x) == [A]
+    assert (found.y, is_tracked(found.y)) == (6.5, False)
+
+
 def test_nothing_is_told_of_other_things_other_publishers_and_other_sizes():
     last = LastProvenance()
     whole = received(MarkerArray([Marker(id=1, pose=Pose(position=Point(X, 0, 0)))]))

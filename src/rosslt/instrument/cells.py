@@ -17,6 +17,7 @@ import rospy
 from rosslt import files, node, values
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.location_rules import NUMBER, WHOLE
+from rosslt.instrument.set_up_names import SET_UP
 
 _files: Dict[str, 'Cells'] = {}
 _by_source: Dict[values.Source, 'CellLocation'] = {}
@@ -299,7 +300,7 @@ class CellLocation(node.LiteralLocation):
         is_known: whether it has been made known.
     """
 
-    __slots__ = ('cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank', 'row')
+    __slots__ = ('_lines', '_once_in', 'cells', 'is_known', 'is_shape', 'keeps', 'number', 'rank', 'row')
 
     def __init__(self, cells: Cells, number: int) -> None:
         literal = cells.literals[number]
@@ -318,9 +319,14 @@ class CellLocation(node.LiteralLocation):
             maximum=literal.maximum,
             is_named=literal.name is not None,
         )
-        self.is_polled = not (literal.is_read_once or (literal.is_set_up and cells.is_program))
+        self._once_in = literal.once_in if cells.is_program else ''
+        self._lines = literal.line, literal.end_line
+        self.is_polled = not (literal.is_read_once or (literal.is_set_up and cells.is_program) or self._once_in)
         if literal.verdict == NUMBER or literal.rule == 'no turn':
             self._retype(float)
+
+    def is_read_again(self) -> bool:
+        return super().is_read_again() or (bool(self._once_in) and SET_UP.is_to_come(self._once_in, *self._lines))
 
     def make_known(self) -> None:
         """Have it listed and changed; if its name is taken, it gets a different one."""

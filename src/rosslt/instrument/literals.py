@@ -10,7 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from rosslt import files, node
 from rosslt.instrument.literal_names import literal_names
 from rosslt.instrument.location_rules import FORM, NUMBER, PLAIN, judge
-from rosslt.instrument.set_up_names import code_run_once
+from rosslt.instrument.set_up_names import MODULE, code_run_once, key_of
 from rosslt.instrument.states import States
 from rosslt.instrument.tables import rows_of_literals
 
@@ -39,6 +39,8 @@ class Literal(NamedTuple):
         row: the row of a table that it is in, as of `tables.rows_of_literals`; '' if it is in none.
         is_set_up: whether, if its file is the program, an `__init__` reads it that runs once, as of
             `code_run_once`.
+        once_in: the function that runs once if its file is the program and reads it, or the module, as `key_of` has it;
+            '' if it is in none.
     """
 
     file: str
@@ -57,6 +59,7 @@ class Literal(NamedTuple):
     is_read_once: bool
     row: str
     is_set_up: bool
+    once_in: str
 
     @property
     def rank(self) -> int:
@@ -94,7 +97,8 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
         limits = limits_at.get(judgement.node.lineno)
         if judgement.rule.verdict != PLAIN and limits != 'skip':
             found.append((judgement, limits or (None, None)))
-    once_in = {part: place.code[0] for part, place in code_run_once(tree)[0].items()}
+    places, ways = code_run_once(tree)
+    once_in = {part: place.code for part, place in places.items()}
     rows = rows_of_literals(tree)
     identities = node.identities(tree, source.text, [(judgement.node, '') for judgement, _ in found])
     names = literal_names(tree, [(judgement.node, judgement.name) for judgement, _ in found])
@@ -115,9 +119,10 @@ def find_literals(tree: ast.Module, source: SourceText, states: States) -> List[
                 name,
                 minimum,
                 maximum,
-                once_in.get(id(judgement.node)) == '<module>',
+                once_in.get(id(judgement.node)) == MODULE,
                 rows.get(id(judgement.node), ''),
-                once_in.get(id(judgement.node)) == '__init__',
+                once_in.get(id(judgement.node), MODULE)[0] == '__init__',
+                key_of(once_in[id(judgement.node)]) if once_in.get(id(judgement.node)) in ways else '',
             ),
         )
         for (judgement, (minimum, maximum)), identity, name in zip(found, identities, names)

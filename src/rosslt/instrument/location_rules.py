@@ -224,7 +224,7 @@ class _Judge:
                 if found or in_formula:
                     is_added_turn = found == 'turn' and isinstance(parent, ast.AugAssign)
                     return None, found if found and (is_added_turn or not _is_constant(formula)) else 'term'
-                rule = self._of_value(parent, child is node, name, is_whole)
+                rule = self._of_value(parent, node, child is node, name, is_whole)
                 return name, 'named' if rule == 'value' and is_element and _assigned(parent) else rule
             elif isinstance(parent, ast.keyword) and is_whole and parent.arg in self._count_fields and not in_formula:
                 return parent.arg, 'counting name'
@@ -337,11 +337,11 @@ class _Judge:
         is_near = is_shift and abs(value) < OFFSET
         return 'neighbour' if is_near and dotted(other) in self._counts | self._indices else None
 
-    def _of_value(self, statement: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
-        targets = _targets(statement)
+    def _of_value(self, statement: ast.AST, node: ast.AST, is_all: bool, name: Optional[str], is_whole: bool) -> str:
+        targets = _targets(statement, node)
         if is_all and isinstance(statement, ast.AugAssign):
             return 'term'
-        if is_whole and is_all:
+        if is_whole and (is_all or targets):
             if targets & (self._indices | self._counts):
                 return 'used as an index' if targets & self._indices else 'used as a count'
             is_counting = bool(self._count_fields & {target.split('.')[-1].lower() for target in targets})
@@ -410,10 +410,13 @@ def _last(node: ast.AST) -> str:
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')
 
 
-def _targets(statement: ast.AST) -> Set[str]:
+def _targets(statement: ast.AST, node: ast.AST) -> Set[str]:
     nodes: List[ast.AST] = []
     if isinstance(statement, ast.Assign):
         nodes = list(statement.targets)
+        if node is not statement.value:  # `index, mode = 0, 'go'`
+            pairs = [zip(getattr(one, 'elts', ()), getattr(statement.value, 'elts', ())) for one in nodes]
+            nodes = [target for pair in pairs for target, value in pair if value is node]
     elif isinstance(statement, (ast.AnnAssign, ast.AugAssign)):
         nodes = [statement.target]
     return {target for target in map(dotted, nodes) if target}
@@ -426,12 +429,7 @@ def _assigned(statement: ast.AST) -> Optional[str]:
 
 
 def _uses(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Tuple[Set[str], Set[str]]:
-    """The names that are used as counts, and those that are used as indices, also by way of other names.
-
-    Args:
-        tree: of the program.
-        functions: those that it defines, by name.
-    """
+    """The names that are used as counts, and those that are used as indices, also by way of other names."""
     counts: Set[str] = set()
     indices: Set[str] = set()
     for node in ast.walk(tree):
@@ -478,7 +476,7 @@ def _handed_on(tree: ast.AST, functions: Dict[str, List[ast.AST]]) -> Iterator[T
     for node in ast.walk(tree):
         given: List[Tuple[str, ast.AST]] = []
         if isinstance(node, (ast.Assign, ast.AnnAssign, ast.AugAssign)) and node.value is not None:
-            given = [(target, node.value) for target in _targets(node)]
+            given = [(target, node.value) for target in _targets(node, node.value)]
         elif isinstance(node, ast.Call):
             given = [pair for function in functions.get(_last(node), ()) for pair in bound_arguments(function, node)]
         for name, value in given:

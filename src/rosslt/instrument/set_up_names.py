@@ -24,7 +24,7 @@ from rosslt.instrument.states import dotted
 
 #: A function by its name and its line, as its code object has them.
 Code = Tuple[str, int]
-_MODULE: Code = ('<module>', 0)
+MODULE: Code = ('<module>', 0)
 
 #: By these, code gets at a module that it does not name.
 _MODULES = {
@@ -63,7 +63,7 @@ def code_run_once(tree: ast.Module) -> Tuple[Dict[int, Place], Dict[Code, List[W
     That is the module itself, and the functions of which each mention is a call in such code. There are no ways to what
     others may run again, as a method of an object that they are given, or to what is called twice in one statement.
     """
-    places = dict(_places(tree.body, _MODULE))
+    places = dict(_places(tree.body, MODULE))
     nodes = list(ast.walk(tree))
     bases = {dotted(base) or '' for one in nodes if isinstance(one, ast.ClassDef) for base in one.bases}
     if not _INDIRECT.isdisjoint(_mentioned(tree)) or any(_initializes_again(one, bases) for one in nodes):
@@ -76,7 +76,7 @@ def code_run_once(tree: ast.Module) -> Tuple[Dict[int, Place], Dict[Code, List[W
     several = {id(part) for one in nodes if isinstance(one, _COMPREHENSIONS) for part in ast.walk(one)}
     called = {id(one.func) for one in nodes if isinstance(one, ast.Call)} - several
     next_methods = dict(_next_methods(tree))
-    ways: Dict[Code, List[Way]] = {_MODULE: [()]}
+    ways: Dict[Code, List[Way]] = {MODULE: [()]}
     waiting = _functions(tree)
     while True:
         once = called & places.keys()
@@ -87,14 +87,21 @@ def code_run_once(tree: ast.Module) -> Tuple[Dict[int, Place], Dict[Code, List[W
             calls = [places[id(one)]._replace(then=next_methods.get(id(one), '')) for one in mentions[name]]
             is_apart = not any(_overlap(one, other) for one, other in itertools.combinations(calls, 2))
             for function, is_method in waiting.pop(name):
-                code = function.name, function.lineno
-                places.update(_places(function.body, code))
+                code = _code_of(function)
+                if isinstance(function, ast.FunctionDef):
+                    places.update(_places(function.body, code))
                 if is_apart and not is_method and all(call.code in ways for call in calls):
                     ways[code] = [(*way, call) for call in calls for way in ways[call.code]]
 
 
+def key_of(code: Code) -> str:
+    """A function in the ways that `names_of_set_up` finds: `main:12`, which no name is."""
+    return f'{code[0]}:{code[1]}'
+
+
 def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
-    """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once."""
+    """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once,
+    and {`key_of` a function: the ways to it}, of that code."""
     places, ways = code_run_once(tree)
     bound = {
         one.id
@@ -110,7 +117,8 @@ def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
             unknown.add(one.id)
         else:
             found.setdefault(one.id, []).extend((*way, place) for way in ways[place.code])
-    return {name: found[name] for name in bound.intersection(found) - unknown}
+    names = {name: found[name] for name in bound.intersection(found) - unknown}
+    return {**names, **{key_of(code): list(to_it) for code, to_it in ways.items()}}
 
 
 def _readings(tree: ast.AST) -> Iterator[ast.Name]:
@@ -206,7 +214,27 @@ def _functions(tree: ast.Module) -> Dict[str, List[Tuple[Any, bool]]]:
             and not any(isinstance(part, _SUSPENDING) for part in ast.walk(one))
         ):
             found.setdefault(name, []).append((one, bool(owner) and name == one.name))
+        elif _is_dataclass(one):
+            found.setdefault(name, []).append((one, False))
     return found
+
+
+def _is_dataclass(one: ast.AST) -> bool:
+    """Return whether a dataclass is defined that inherits nothing: its `__init__` has the defaults of its body."""
+    if not isinstance(one, ast.ClassDef) or one.bases or one.keywords:
+        return False
+    decorators = [dotted(getattr(part, 'func', part)) for part in one.decorator_list]
+    is_made = bool(decorators) and {*decorators} <= {'dataclass', 'dataclasses.dataclass'}
+    return is_made and not any(getattr(part, 'name', '') in _MADE_ANEW for part in one.body)
+
+
+_MADE_ANEW = {'__init__', '__post_init__', '__new__'}
+"""Methods by which the objects of a dataclass are made in another way."""
+
+
+def _code_of(function: Any) -> Code:
+    """A function, or the `__init__` of a dataclass, as it is found by the class."""
+    return (f'class {function.name}', 0) if isinstance(function, ast.ClassDef) else (function.name, function.lineno)
 
 
 def _overlap(one: Place, other: Place) -> bool:
@@ -245,8 +273,24 @@ class SetUp:
         """Forget all names: another module may read any of them."""
         self._ways = {}
 
-    def _is_over(self, owner: object, key: object) -> bool:
-        if owner is not self._names or key not in self._ways:
+    def is_to_come(self, code: str, first: int, last: int) -> bool:
+        """Return whether lines of a function of the program, that `key_of` gives, may run yet."""
+        if code not in self._ways:  # they were forgotten
+            return code != key_of(MODULE)
+        name, _, line = code.rpartition(':')
+        place, running = Place((name, int(line)), first, last), self._running()
+        return any(_is_ahead((*way, place), running) for way in self._ways[code])
+
+    def _is_over(self, owner: Any, key: object) -> bool:
+        if type(owner) is types.FunctionType and key == '__defaults__' and owner.__globals__ is self._names:
+            code, made_for = owner.__code__, owner.__qualname__.rpartition('.')[0]
+            is_made = code.co_filename == '<string>'  # by `dataclass`
+            key = key_of((f'class {made_for}', 0) if is_made else (code.co_name, code.co_firstlineno))
+        elif type(owner) is type and self._names and self._names.get(owner.__name__) is owner:
+            key = key_of((f'class {owner.__name__}', 0))
+        elif owner is not self._names:
+            return False
+        if key not in self._ways:
             return False
         running = self._running()
         return not any(_is_ahead(way, running) for way in self._ways[str(key)])
@@ -258,8 +302,8 @@ class SetUp:
         while frame is not None:
             if frame.f_globals is self._names:
                 code = frame.f_code
-                is_module = code.co_name == _MODULE[0]
-                found.append((_MODULE if is_module else (code.co_name, code.co_firstlineno), frame.f_lineno))
+                is_module = code.co_name == MODULE[0]
+                found.append((MODULE if is_module else (code.co_name, code.co_firstlineno), frame.f_lineno))
             frame = frame.f_back
         return found[::-1]
 

@@ -193,9 +193,15 @@ class SampledProvenance:
 
 class LastProvenance:
     """Keeps the last provenance of each thing, for a reader that needs sampled messages too. Several threads may use
-    it."""
+    it.
 
-    def __init__(self) -> None:
+    Args:
+        of_moved: complete leaves that have moved since as well, by the difference: two things on one topic that cannot be
+            told from each other are taken for one.
+    """
+
+    def __init__(self, of_moved: bool = True) -> None:
+        self._of_moved = of_moved
         # The last whole message of each thing: its tracked leaves and its form.
         self._kept: Dict[Hashable, Tuple[Sequence[Tuple[int, Any, str]], Tuple[Hashable, ...]]] = {}
 
@@ -223,7 +229,11 @@ class LastProvenance:
         kept, kept_form = self._kept.get(thing, ((), form))
         if kept_form == form:
             found = locate(result, [*(index for index, _, _ in kept), END], [])
-            set_leaves(result, {index: _moved(leaf, now[2]) for (index, leaf, _), now in zip(kept, found)})
+            pairs = [(index, leaf, now[2]) for (index, leaf, _), now in zip(kept, found)]
+            set_leaves(
+                result,
+                {index: _moved(leaf, now) for index, leaf, now in pairs if self._of_moved or untracked(leaf) == now},
+            )
         return result
 
 

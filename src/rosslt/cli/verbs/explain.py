@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
         ]
         found = found or bool(leaves)
         for path, leaf in leaves:
-            (_show if is_terminal() else _write)(each, path, leaf, directory)
+            (_show if is_terminal() else _write)(each, path, leaf, directory, not options.bag)
     if not found:
         names = ' and '.join(each.publisher or each.topic for each in received)
         part = '/'.join(filter(None, (received[0].topic, field)))
@@ -74,33 +74,37 @@ def _recorded(options: argparse.Namespace, directory: Directory) -> Tuple[List[H
         return [next(bags.messages(bag, [topic]))], field
 
 
-def _show(received: Heard, path: str, leaf: object, directory: Directory) -> None:
+def _show(received: Heard, path: str, leaf: object, directory: Directory, is_live: bool) -> None:
     by = f', published by {received.publisher}' if received.publisher else ''
     print(f'{received.topic} {path} = {text_of(leaf)}{by}')
     print('  = ' + values.explain(leaf))
     rows = []
-    for source, value in _readings(leaf, directory):
+    for source, value, present in _readings(leaf, directory, is_live):
         place = directory.of(source)
-        rows.append(
-            (directory.name(source), text_of(value), limits(place) if place else '', place.file if place else '')
-        )
+        shown = text_of(present) if present == value else f'{text_of(present)}, but {text_of(value)} in the message'
+        rows.append((directory.name(source), shown, limits(place) if place else '', place.file if place else ''))
     print('\n'.join(table(rows, indent='  ')))
 
 
-def _write(received: Heard, path: str, leaf: object, directory: Directory) -> None:
-    for source, value in _readings(leaf, directory):
+def _write(received: Heard, path: str, leaf: object, directory: Directory, is_live: bool) -> None:
+    for source, _, present in _readings(leaf, directory, is_live):
         place = directory.of(source)
         write_row(
             path,
             text_of(leaf),
             values.explain(leaf),
             directory.name(source),
-            text_of(value),
+            text_of(present),
             place.file if place else '',
         )
 
 
-def _readings(leaf: object, directory: Directory) -> List[Tuple[values.Source, Scalar]]:
-    """The sources of a number, its own first, each with the value that the message has of it."""
-    present = source_values(leaf)
-    return [(source, present[source]) for source in directory.own_first(present)]
+def _readings(leaf: object, directory: Directory, is_live: bool) -> List[Tuple[values.Source, Scalar, Scalar]]:
+    """The sources of a number, its own first, each with the value that the message has of it, and the present one, as
+    far as known: of a recorded message, that again."""
+    found = source_values(leaf)
+    places = [(source, directory.of(source)) for source in directory.own_first(found)]
+    return [
+        (source, found[source], place.value if is_live and place and place.location.value else found[source])
+        for source, place in places
+    ]

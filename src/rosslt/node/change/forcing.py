@@ -449,7 +449,7 @@ class Forcing:
                     f'{self._differing(last.part, self.wanted)} instead of {self._differing(self.wanted, last.part)}'
                 )
             others = [
-                self._became(source, readings[-1])
+                f'its messages have {self._name(source)} = {readings[-1]!r}, and it was made {new!r}'
                 for source, new in self._request.after.items()
                 for readings in [last.expression.readings.get(source)]
                 if readings

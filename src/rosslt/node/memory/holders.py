@@ -16,7 +16,7 @@ _BORDERS = (
     *(types.BuiltinFunctionType, types.MethodWrapperType),
 )
 #: Nor those of these packages: what they hold is not the node's own, or follows.
-_PACKAGES = ('genpy', 'logging', 'rospy', 'rosslt', 'threading')
+_PACKAGES = ('dataclasses', 'genpy', 'logging', 'rospy', 'rosslt', 'threading')
 
 _CACHED = type(functools.lru_cache(maxsize=None)(len))
 """The class of functions that keep their results: they have the name of what they were made of."""
@@ -53,7 +53,7 @@ class Holder:
         module = str(_module_of(kind))
         called = kind.__name__.lstrip('_') if module == 'builtins' else f'{module}.{kind.__name__.lstrip("_")}'
         if isinstance(thing, _CACHED):
-            name = name or str(thing.__name__)
+            name = name or str(getattr(thing, '__name__', ''))
         self.text = f'{name} ({called})' if name else called
 
     def sources(self, following: Set[int]) -> Collection[values.Source]:

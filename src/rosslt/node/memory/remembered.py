@@ -109,7 +109,7 @@ class Memory:
             return set(sources).intersection(values.sources(held))
 
     def holders_of(self, sources: Collection[Source]) -> Dict[Source, List[str]]:
-        """{source: what holds a result of it that follows no change, as `stops (itertools.cycle)`}; without the others."""
+        """{source: what holds a result of it that follows no change, as `stops (itertools.cycle)`}."""
         found: Dict[Source, List[str]] = {}
         with self._lock:
             following = {id(slot.owner()) for slot in self._slots}

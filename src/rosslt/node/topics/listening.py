@@ -38,7 +38,7 @@ class TopicReader:
 
     Args:
         take: called with each message.
-        is_exact: leave out messages between whole ones, instead of completing them from the last whole one.
+        is_exact: leave out messages between whole ones, instead of completing what is as in the last whole one.
 
     Attributes:
         left_out: the number of messages that were left out.
@@ -47,7 +47,7 @@ class TopicReader:
     def __init__(self, take: Callable[[Heard], None], is_exact: bool = False) -> None:
         self._heard, self._is_exact = take, is_exact
         self.left_out = 0
-        self._last = messages.LastProvenance()
+        self._last = messages.LastProvenance(of_moved=False)
         self._subscribers: Dict[str, Tuple[str, Subscriber]] = {}  # topic -> (its type, the subscriber)
 
     def follow(self, types: Mapping[str, str]) -> None:
