@@ -196,8 +196,8 @@ class LastProvenance:
     it.
 
     Args:
-        of_moved: complete leaves that have moved since as well, by the difference: two things on one topic that cannot be
-            told from each other are taken for one.
+        of_moved: complete leaves that have moved since as well, by the difference: of two things on one topic that
+            cannot be told from each other, one is taken for the other.
     """
 
     def __init__(self, of_moved: bool = True) -> None:
