@@ -261,9 +261,11 @@ class Holding:
         self.todo.put({ALONE})
         self.lists = itertools.cycle(LISTS)
         self.turns = collections.deque(LISTS)
+        self.passed = queue.Queue()
 
     def step(self):
         for drawn in STOPS:
+            self.passed.put(drawn)
             pub.publish(*drawn, 0.0)
         gone.publish(*next(self.stops), limit())
         pub.publish(*next(self.lists), self.turns[0][0] + SPEED)

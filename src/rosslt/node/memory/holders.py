@@ -56,6 +56,12 @@ class Holder:
             name = name or str(getattr(thing, '__name__', ''))
         self.text = f'{name} ({called})' if name else called
 
+    @property
+    def is_made_of_numbers(self) -> bool:
+        """True if it holds tracked numbers, or gets at some, or keeps what a function returns: what is only on its way
+        through it later, as in a queue of messages, does not count."""
+        return isinstance(self._thing, _CACHED) or bool(_held_in(self._thing, set()))
+
     def sources(self, following: Set[int]) -> Collection[values.Source]:
         """The sources of the numbers that it holds, also by way of others.
 

@@ -59,7 +59,7 @@ class Walk:
         slots: the places that hold something tracked.
         arrays: weak references to the arrays that do, each with what it holds.
         frames: {id: frame} of the functions that are running and have such local variables.
-        holders: what the node's own things refer to and is not looked into.
+        holders: what the node's own things refer to, is not looked into, and is made of tracked numbers.
     """
 
     def __init__(self) -> None:
@@ -98,7 +98,8 @@ class Walk:
                         look(thing)
                 except Exception:  # of an object that cannot be looked into
                     continue
-        self.holders = [Holder(name, thing) for name, thing in self._foreign.values()]
+        holders = [Holder(name, thing) for name, thing in self._foreign.values()]
+        self.holders = [holder for holder in holders if holder.is_made_of_numbers]
 
     def _may_be_root(self, kind: type) -> bool:
         is_code = kind is types.FunctionType or any(kind is one for one in _FRAMES)
