@@ -274,6 +274,21 @@ def test_a_hand_changes_no_number_that_the_next_target_shares(asked):
     assert (asked, notes.said) == ([], [f'it comes from {B}, {C} now'])
 
 
+def test_a_person_is_told_of_what_follows_no_change(asked, monkeypatch):
+    directory = node.Directory()
+    stays = 'stops (itertools.cycle) holds values of it that follow no change'
+    directory.take(A.node, [msg.Location(id=A.location_id, name='a', plain_copies=stays)])
+    monkeypatch.setattr(node, 'directory', lambda: directory)
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    take(scene, box_at(values.track(1.0, A)))
+    drags = Drags(scene, Rules(), str)
+    assert drags.move('/boxes::0', 'world', at(1.0))
+    assert drags.move('/boxes::0', 'world', at(2.0))
+    wait_until(lambda: notes.said == [f'{A}: {stays}'], 'the hand to be told')
+    assert asked == [{A: 2.0}]
+
+
 def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
     directory = node.Directory()
     row = msg.Location(id=A.location_id, name='a', row='f.py:3:1[0]')
