@@ -3,8 +3,9 @@
 import os
 
 import pytest
+from geometry_msgs.msg import Pose, PoseArray
 
-from rosslt.cli.fields import parse_scalar
+from rosslt.cli.fields import parse_scalar, path_where
 
 
 def test_a_text_that_no_node_could_be_sent_is_refused():
@@ -17,3 +18,11 @@ def test_a_text_that_no_node_could_be_sent_is_refused():
 def test_a_number_that_is_not_finite_is_refused(text):
     with pytest.raises(ValueError, match='is not finite'):
         parse_scalar(text, 'float')
+
+
+@pytest.mark.parametrize(('text', 'found'), [('3', 'poses[1]'), ('3.0', 'poses[1]'), ('0.25', None), ('wide', None)])
+def test_a_number_is_found_however_it_is_written(text, found):
+    array = PoseArray(poses=[Pose(), Pose()])
+    array.poses[1].position.x = 3.0
+    path = path_where(array, 'poses/position', {'position/x': text})
+    assert path == (found and found + '.position')

@@ -91,7 +91,16 @@ def _path(walked: List[Union[str, int]]) -> str:
 
 
 def _meets(part: Message, wanted: Dict[str, str]) -> bool:
-    return all(str(values.untracked(field_of(part, name))) == text for name, text in wanted.items())
+    return all(_is_written(values.untracked(field_of(part, name)), text) for name, text in wanted.items())
+
+
+def _is_written(value: Scalar, text: str) -> bool:
+    if type(value) not in (float, int):
+        return str(value) == text
+    try:
+        return float(text) == value
+    except ValueError:
+        return False
 
 
 def joined(path: str, leaf: str) -> str:
