@@ -49,6 +49,7 @@ SLT_TEACH = os.path.join(rospkg.RosPack().get_path('rosslt'), 'scripts', 'slt_te
 PERIOD = 0.02  # s between two stamps
 SPEED = 0.5  # m/s, the default
 STEP = SPEED * PERIOD
+HALFWAY = -0.55  # the deflection of a stick that counts -0.5: its dead zone is 0.1
 NEAR = 1e-3  # what a hand tells apart
 
 
@@ -131,7 +132,7 @@ class Teaching(unittest.TestCase):
         joy = self.joystick()
         teaching = self.teach(joy, '/things:box:0')
         before = len(lines('log', '/stage'))
-        self.play(joy, self.joy(1.0, 1.0, held=False), self.joy(), *[self.joy(1.0, -0.5) for _ in range(50)])
+        self.play(joy, self.joy(1.0, 1.0, held=False), self.joy(), *[self.joy(1.0, HALFWAY) for _ in range(50)])
         self.play(joy, self.joy(0.05, 0.09), self.joy(held=False), self.joy(1.0, held=False))
         ((_, name, by, *_),) = teaching.wait_for('holds')
         self.assertEqual((name, by), ('/things:box:0', joy.name))
@@ -222,6 +223,16 @@ class Teaching(unittest.TestCase):
             ((*_, x, _, _),) = teaching.rows('lets go')
             self.expect('x', float(x))
 
+    def test_a_joystick_turns_by_its_axes_that_turn(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:dial:0', '--turn', '2,2,0', '--turn-speed', '0.25', '--speed', '0.1')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(20)], self.joy(math.nan), self.joy(1.0, after=0.5))
+        self.play(joy, self.joy(held=False))
+        teaching.wait_for('lets go')
+        self.expect('yaw', 0.3 + 20 * 0.25 * PERIOD)
+        said = [row[2].partition(': ')[2] for row in teaching.rows('says')]
+        self.assertEqual(said, ['a number is not finite', 'it leaps by more than 0.1 rad'])
+
     def test_a_twist_that_is_not_zero_moves_and_turns(self):
         twist = self.device(Twist)
         teaching = self.teach(twist, '/things:dial:0')
@@ -235,7 +246,7 @@ class Teaching(unittest.TestCase):
     def test_a_tracker_moves_a_thing_by_its_way_since_the_hand_took_hold(self):
         tracker = self.device(PoseStamped)
         clutch = self.device(Joy, 'clutch')
-        teaching = self.teach(tracker, '/things:dial:0', '--clutch', clutch.name)
+        teaching = self.teach(tracker, '/things:dial:0', '--smooth', '0', '--clutch', clutch.name)
         wait_until(clutch.get_num_connections, 'it hears the clutch')
         self.play(tracker, *[self.pose(10.0, 1.0)] * 3)
 
@@ -273,7 +284,7 @@ class Teaching(unittest.TestCase):
                 'nothing that can be dragged is called /nothing; there are: /place, /things:',
             ),
             (['/things', '--by', joy.name], '/things shows several things: /things:box:0, /things:dial:0'),
-            (['/things:dial:0', '--by', joy.name], '/things:dial:0 can only be turned'),
+            (['/things:dial:0', '--by', joy.name], 'can only be turned, and a Joystick turns nothing without --turn'),
             (['/place', '--by', '/nobody'], 'nobody publishes /nobody; of types that a device has, there are: /'),
             (['/place', '--by', text.name], ' is a std_msgs/String, and no device; devices are: geometry_msgs/Pose'),
         ):

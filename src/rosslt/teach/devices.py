@@ -5,7 +5,7 @@ To add a type of device, add a class and a row to the table DEVICES.
 
 import math
 import time
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Type
+from typing import Any, Dict, FrozenSet, List, NamedTuple, Sequence, Tuple, Type
 
 import genpy
 import rosgraph
@@ -14,12 +14,16 @@ import roslib.message
 from rosslt import values
 from rosslt.markers import geometry
 from rosslt.markers.geometry import Vector
+from rosslt.teach.turning import rotation_vector, scaled
 
 #: The deflection of a stick below which it is at rest, of 1.
 DEAD_ZONE = 0.1
 
 #: The period in which the master is asked for a device that is not there yet, in seconds.
 PERIOD = 0.2
+
+#: What a device may move: along the axes of the frame that the thing is in, and around them.
+WAYS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -39,13 +43,28 @@ class Options(NamedTuple):
         axes: the numbers of the axes of a Joy that are x, y and z.
         speed: that of a Joy whose stick is pushed as far as it goes, in metres per second.
         deadman: the number of the button of a Joy that is pressed as long as the hand holds.
-        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians.
+        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians,
+            before it is scaled.
+        turn: the numbers of the axes of a Joy that are roll, pitch and yaw; empty if it turns nothing.
+        turn_speed: that of a Joy whose stick is pushed as far as it goes, in radians per second.
+        expo: how much of the deflection of a stick is its third power, from 0 to 1.
+        smooth: the time constant of the filter for poses at rest, in seconds; 0 for none.
+        only: what the device may move, of WAYS.
+        scale: how many metres the thing moves by, for one of the device.
+        snap: of what the coordinates of the thing are multiples, in metres; 0 for any.
     """
 
     axes: Tuple[int, int, int] = (0, 1, 2)
     speed: float = 0.5
     deadman: int = 0
     max_step: float = 0.1
+    turn: Tuple[int, ...] = ()
+    turn_speed: float = 0.5
+    expo: float = 0.0
+    smooth: float = 15.0
+    only: FrozenSet[str] = frozenset(WAYS)
+    scale: float = 1.0
+    snap: float = 0.0
 
 
 class Step(NamedTuple):
@@ -69,6 +88,9 @@ class Device:
 
     #: Whether it can turn things.
     turns = False
+
+    #: Whether it is in a hand that trembles.
+    trembles = False
 
     def __init__(self, options: Options) -> None:
         self._options = options
@@ -97,21 +119,35 @@ class Device:
 class Joystick(Device):
     """A sensor_msgs/Joy: how far a stick is pushed is a velocity, and a button that is pressed holds."""
 
+    def __init__(self, options: Options) -> None:
+        super().__init__(options)
+        self.turns = bool(options.turn)
+
     def holds(self, message: genpy.Message) -> bool:
         """Return whether the button is pressed; one that the joystick does not have is not."""
         return any(message.buttons[self._options.deadman : self._options.deadman + 1])
 
     def numbers(self, message: genpy.Message) -> Sequence[float]:
-        """The deflections of the three axes."""
-        for axis in self._options.axes:
+        """The deflections of the axes that move, and of those that turn."""
+        axes = (*self._options.axes, *self._options.turn)
+        for axis in axes:
             if axis >= len(message.axes):
                 raise Unusable(f'it has {len(message.axes)} axes, and no axis {axis}')
-        return [message.axes[axis] for axis in self._options.axes]
+        return [message.axes[axis] for axis in axes]
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
-        """The deflection, except near the middle, times the speed and the time."""
-        x, y, z = (0.0 if abs(one) < DEAD_ZONE else one * self._options.speed * seconds for one in self.numbers(now))
-        return Step((x, y, z))
+        """What the deflections count, times the speeds and the time."""
+        x, y, z, *turn = map(self._counted, self.numbers(now))
+        roll, pitch, yaw = turn or STILL
+        return Step(
+            scaled((x, y, z), self._options.speed * seconds),
+            scaled((roll, pitch, yaw), self._options.turn_speed * seconds),
+        )
+
+    def _counted(self, deflection: float) -> float:
+        """What a deflection counts: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
+        beyond = math.copysign(max(abs(deflection) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE), deflection)
+        return (1.0 - self._options.expo) * beyond + self._options.expo * beyond**3
 
 
 class Velocity(Device):
@@ -129,13 +165,14 @@ class Velocity(Device):
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
         """The velocity times the time."""
-        return Step(_scaled(_vector(now.linear), seconds), _scaled(_vector(now.angular), seconds))
+        return Step(scaled(_vector(now.linear), seconds), scaled(_vector(now.angular), seconds))
 
 
 class Tracker(Device):
     """A geometry_msgs/PoseStamped: the hand goes as the pose goes, and holds as long as messages come."""
 
     turns = True
+    trembles = True
 
     def holds(self, message: genpy.Message) -> bool:
         """Return True: each message says where the hand is."""
@@ -189,23 +226,12 @@ def device(topic: str, options: Options, timeout: float) -> Tuple[Device, Type[g
     return DEVICES[types[topic]](options), roslib.message.get_message_class(types[topic])
 
 
-def rotation_vector(rotation: geometry.Rotation) -> Vector:
-    """The axis of a rotation, as long as its angle, which is at most half a turn."""
-    x, y, z, w = rotation if rotation[3] >= 0.0 else tuple(-part for part in rotation)
-    sine = math.sqrt(x * x + y * y + z * z)
-    return _scaled((x, y, z), 2.0 * math.atan2(sine, w) / sine) if sine else STILL
-
-
 def _rotation(numbers: Sequence[float]) -> geometry.Rotation:
     return geometry.normalized(numbers[3], numbers[4], numbers[5], numbers[6])
 
 
 def _vector(part: Any) -> Vector:
     return part.x, part.y, part.z
-
-
-def _scaled(vector: Vector, factor: float) -> Vector:
-    return vector[0] * factor, vector[1] * factor, vector[2] * factor
 
 
 def _list(names: List[str]) -> str:

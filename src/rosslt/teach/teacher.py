@@ -102,7 +102,10 @@ class Teacher(Follower):
         if len(found) > 1:
             raise NotTaught(f'{target} shows several things: ' + ', '.join(sorted(found)))
         if not (device.turns or any(self._there[found[0]][0].axes)):
-            raise NotTaught(f'{found[0]} can only be turned, and a {type(device).__name__} turns nothing')
+            raise NotTaught(
+                f'{found[0]} can only be turned, and a {type(device).__name__} turns nothing'
+                + ' without --turn' * isinstance(device, Joystick)
+            )
         return found[0]
 
     def teach(
@@ -126,7 +129,7 @@ class Teacher(Follower):
             show: is called some thirty times a second.
         """
         self._name = name
-        hand = Hand(device, self._drags, by, options.max_step, functools.partial(self._grasp, name), self._say)
+        hand = Hand(device, self._drags, by, options, functools.partial(self._grasp, name), self._say)
         subscribers = [rospy.Subscriber(by, device_class, self._note, False, tcp_nodelay=True)]
         if clutch:
             subscribers.append(rospy.Subscriber(clutch, Joy, self._note, True, tcp_nodelay=True))
