@@ -36,6 +36,8 @@ def test_pipe_gets_a_line_when_the_hand_takes_hold_and_lets_go(capsys):
         (['--by', '/joy'], '--by needs a TARGET'),
         (['--match', '/grip=/gripper', '--by', '/joy'], 'not allowed with'),
         (['/goal', '--by', '/joy', '--press', '/joy'], '--press is for --match'),
+        (['/goal', '--by', 'tf:'], '--by tf: needs the name of a frame, as tf:hand'),
+        (['/goal', '--by', '/joy', '--in', 'world'], '--in is for a frame of tf'),
         (['/goal', '--by', '/joy', '--only', 'x,up'], '--only takes some of x,y,z,roll,pitch,yaw; found x,up'),
         (['/goal', '--by', '/joy', '--only', ''], '--only takes some of'),
         (['/goal', '--by', '/joy', '--turn', '3'], '--turn must be three numbers of axes, as 0,1,2; found 3'),

@@ -10,9 +10,10 @@ import unittest
 
 import rospkg
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from support.fork_server import Program
 from support.processes import Node, wait_until
@@ -261,6 +262,44 @@ class Teaching(unittest.TestCase):
         self.play(clutch, Joy(buttons=[0]))
         teaching.wait_for('lets go')
 
+    def test_a_frame_of_tf_moves_a_thing_by_its_way_since_the_hand_took_hold(self):
+        tf = rospy.Publisher('/tf', TFMessage, queue_size=1000)
+        static = rospy.Publisher('/tf_static', TFMessage, queue_size=1, latch=True)
+        self.addCleanup(tf.unregister)
+        self.addCleanup(static.unregister)
+        static.publish([self.transform('world', 'base', yaw=math.pi / 2)])
+        for reference, distance in (([], -0.4), (['--in', 'base'], 0.2)):
+            arguments = ['/things:box:0', '--by', 'tf:hand', *reference, '--smooth', '0', '--wait', '60']
+            teaching = Teach(shutil.which('rosslt'), 'teach', *arguments)
+            self.addCleanup(teaching.process.kill)
+
+            def is_held(at=teaching):
+                tf.publish([self.transform('base', 'hand', 1.0, 2.0)])
+                return at.rows('holds')
+
+            wait_until(is_held, 'it takes hold as transforms come')
+            self.assertEqual(teaching.rows('holds')[0][2], 'tf:hand')
+            x = value('x')
+            for step in range(9):
+                moved = self.transform('base', 'hand', 1.0 + 0.025 * step, 2.0 + 0.05 * step)
+                tf.publish([moved])
+                tf.publish([moved])  # which is no newer one
+                tf.publish([self.transform('base', 'other')])
+            self.expect('x', x + distance)
+            wait_until(
+                lambda at=teaching: len(at.rows('lets go')) == len(at.rows('holds')), 'it lets go as none is newer'
+            )
+            self.assertEqual({row[2] for row in teaching.rows('says')}, {'tf:hand is silent'})
+            self.assertEqual(teaching.stop(), 0)
+
+    def transform(self, parent, child, x=0.0, y=0.0, yaw=0.0):
+        message = TransformStamped(child_frame_id=child)
+        type(self).now += PERIOD
+        message.header.frame_id, message.header.stamp = parent, rospy.Time.from_sec(self.now)
+        message.transform.translation.x, message.transform.translation.y = x, y
+        message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        return message
+
     def pose(self, x, yaw):
         message = PoseStamped()
         type(self).now += PERIOD
@@ -286,6 +325,7 @@ class Teaching(unittest.TestCase):
             (['/things', '--by', joy.name], '/things shows several things: /things:box:0, /things:dial:0'),
             (['/things:dial:0', '--by', joy.name], 'can only be turned, and a Joystick turns nothing without --turn'),
             (['/place', '--by', '/nobody'], 'nobody publishes /nobody; of types that a device has, there are: /'),
+            (['/place', '--by', 'tf:nowhere'], 'tf has no pose of nowhere in world'),
             (['/place', '--by', text.name], ' is a std_msgs/String, and no device; devices are: geometry_msgs/Pose'),
         ):
             self.assertIn(expected, failure('teach', *arguments, '--wait', '2'))

@@ -3,13 +3,18 @@
 To add a type of device, add a class and a row to the table DEVICES.
 """
 
+import contextlib
 import math
 import time
-from typing import Any, Dict, FrozenSet, List, NamedTuple, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple, Type
 
 import genpy
 import rosgraph
 import roslib.message
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Point, Pose, PoseStamped
+from tf2_msgs.msg import TFMessage
 
 from rosslt import values
 from rosslt.markers import geometry
@@ -24,6 +29,9 @@ PERIOD = 0.2
 
 #: What a device may move: along the axes of the frame that the thing is in, and around them.
 WAYS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
+
+#: What the name of a device begins with that is a frame of tf.
+TF = 'tf:'
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -52,6 +60,7 @@ class Options(NamedTuple):
         only: what the device may move, of WAYS.
         scale: how many metres the thing moves by, for one of the device.
         snap: of what the coordinates of the thing are multiples, in metres; 0 for any.
+        reference: the frame that the pose of a frame of tf is in; '' for the one that the thing is in.
     """
 
     axes: Tuple[int, int, int] = (0, 1, 2)
@@ -65,6 +74,7 @@ class Options(NamedTuple):
     only: FrozenSet[str] = frozenset(WAYS)
     scale: float = 1.0
     snap: float = 0.0
+    reference: str = ''
 
 
 class Step(NamedTuple):
@@ -94,6 +104,10 @@ class Device:
 
     def __init__(self, options: Options) -> None:
         self._options = options
+
+    def read(self, message: genpy.Message) -> Optional[genpy.Message]:
+        """What a message of the topic says; None if it says nothing new of the device."""
+        return message
 
     def holds(self, message: genpy.Message) -> bool:
         """Return whether the hand holds."""
@@ -193,6 +207,68 @@ class Tracker(Device):
         return Step((x, y, z), rotation_vector(turn))
 
 
+class Frame(Tracker):
+    """A frame of tf: the hand goes as its pose in the frame of reference does, and holds as long as newer ones come.
+
+    tf2's own buffer looks them up, as provenance is of no use here. It gets what moves as the hand does, one message
+    after the other, so that no step is left out.
+
+    Args:
+        frame: its name.
+        options: what the user has chosen for it.
+    """
+
+    def __init__(self, frame: str, options: Options) -> None:
+        super().__init__(options)
+        self._frame, self._reference = frame, options.reference.lstrip('/')
+        self._buffer, self._newest = tf2_ros.BufferCore(), rospy.Time()
+
+    def begin(self, reference: str, timeout: float) -> None:
+        """Wait for the frame.
+
+        Args:
+            reference: the frame of reference, unless the user has chosen one.
+            timeout: how long to wait, in seconds.
+
+        Raises:
+            NotTaught: tf does not have it.
+        """
+        self._reference = self._reference or reference.lstrip('/')
+        rospy.Subscriber('/tf_static', TFMessage, self._keep, self._buffer.set_transform_static)
+        moving = rospy.Subscriber('/tf', TFMessage, self._keep, self._buffer.set_transform)
+        end = time.monotonic() + timeout
+        try:
+            while not rospy.is_shutdown():
+                with contextlib.suppress(tf2_ros.TransformException):
+                    self._look_up()
+                    break
+                if time.monotonic() > end:
+                    raise NotTaught(f'tf has no pose of {self._frame} in {self._reference}')
+                time.sleep(PERIOD)
+        finally:
+            moving.unregister()
+
+    def read(self, message: genpy.Message) -> Optional[genpy.Message]:
+        """The newest pose of the frame, after a message of tf; None if it was read before, or never changes."""
+        self._keep(message, self._buffer.set_transform)
+        try:
+            found = self._look_up()
+        except tf2_ros.TransformException:
+            return None
+        if found.header.stamp == self._newest:
+            return None
+        self._newest = found.header.stamp
+        move, turn = found.transform.translation, found.transform.rotation
+        return PoseStamped(found.header, Pose(Point(move.x, move.y, move.z), turn))
+
+    def _keep(self, message: genpy.Message, add: Callable[[genpy.Message, str], None]) -> None:
+        for transform in message.transforms:
+            add(transform, '')
+
+    def _look_up(self) -> Any:
+        return self._buffer.lookup_transform_core(self._reference, self._frame, rospy.Time())
+
+
 #: The class for each type of message that a device may send.
 DEVICES: Dict[str, Type[Device]] = {
     'geometry_msgs/PoseStamped': Tracker,
@@ -201,29 +277,31 @@ DEVICES: Dict[str, Type[Device]] = {
 }
 
 
-def device(topic: str, options: Options, timeout: float) -> Tuple[Device, Type[genpy.Message]]:
-    """The device that sends on a topic, and the class of its messages.
+def device(name: str, options: Options, timeout: float) -> Tuple[Device, str, Type[genpy.Message]]:
+    """A device, the topic that it sends on, and the class of its messages.
 
     Args:
-        topic: its full name.
+        name: the full name of its topic, or TF and a frame.
         options: what the user has chosen.
         timeout: how long to wait for somebody to send there, in seconds.
 
     Raises:
         NotTaught: there is none, or it is of a type that no device has.
     """
+    if name.startswith(TF):
+        return Frame(name[len(TF) :].lstrip('/'), options), '/tf', TFMessage
     master, end = rosgraph.Master('/rosslt_teach'), time.monotonic() + timeout
     while True:
-        types = {name: kind for name, kind in master.getPublishedTopics('/') if kind != '*'}
-        if topic in types or time.monotonic() > end:
+        types = {topic: kind for topic, kind in master.getPublishedTopics('/') if kind != '*'}
+        if name in types or time.monotonic() > end:
             break
         time.sleep(PERIOD)
-    if topic not in types:
-        there = sorted(name for name, kind in types.items() if kind in DEVICES)
-        raise NotTaught(f'nobody publishes {topic}; of types that a device has, there are: ' + _list(there))
-    if types[topic] not in DEVICES:
-        raise NotTaught(f'{topic} is a {types[topic]}, and no device; devices are: ' + _list(sorted(DEVICES)))
-    return DEVICES[types[topic]](options), roslib.message.get_message_class(types[topic])
+    if name not in types:
+        there = sorted(topic for topic, kind in types.items() if kind in DEVICES)
+        raise NotTaught(f'nobody publishes {name}; of types that a device has, there are: ' + _list(there))
+    if types[name] not in DEVICES:
+        raise NotTaught(f'{name} is a {types[name]}, and no device; devices are: ' + _list(sorted(DEVICES)))
+    return DEVICES[types[name]](options), name, roslib.message.get_message_class(types[name])
 
 
 def _rotation(numbers: Sequence[float]) -> geometry.Rotation:

@@ -62,7 +62,9 @@ class Hand:
             self._last = None
             return
         try:
-            self._follow(message, arrived)
+            read = self._device.read(message)
+            if read is not None:
+                self._follow(read, arrived)
         except Unusable as error:
             self._warn(str(error))
 

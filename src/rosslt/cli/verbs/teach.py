@@ -23,9 +23,9 @@ SUMMARY = 'have a joystick, a velocity command or a tracker drag a thing'
 DESCRIPTION = """Have a device do what the mouse does in RViz: drag a thing, by the numbers behind it. DEVICE is a
 topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pressed, and a stick moves it. With a
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
-messages come, and moves as the pose does, without the trembling of a hand. A device that is silent for 0.2 s has let
-go. What is not finite, leaps, goes back in time or is repeated moves nothing. From taking hold to letting go, it
-is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
+messages come, and moves as the pose does, without the trembling of a hand; so does tf:FRAME, a frame of tf. A device
+that is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From
+taking hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
 
 With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
 behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
@@ -39,6 +39,7 @@ examples:
   rosslt teach /goal --by /joy --turn 3,4,2 --only x,y,yaw --expo 0.5
   rosslt teach /goal --by /cmd_vel
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
+  rosslt teach /goal --by tf:hand --in world --clutch /joy
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
@@ -56,7 +57,21 @@ ARGUMENTS = [
         metavar='TARGET',
         help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing',
     ),
-    Argument('--by', metavar='DEVICE', default='', exclusive=True, completer='topics', help='the topic of the device'),
+    Argument(
+        '--by',
+        metavar='DEVICE',
+        default='',
+        exclusive=True,
+        completer='topics',
+        help='the topic of the device, or tf:FRAME',
+    ),
+    Argument(
+        '--in',
+        dest='reference',
+        default='',
+        metavar='FRAME',
+        help='with --by tf:FRAME: the frame that its pose is in; by default that of the thing',
+    ),
     Argument(
         '--match',
         action='append',
@@ -138,6 +153,7 @@ def _drag(options: argparse.Namespace) -> None:
         _ways(options.only, teach.WAYS),
         options.scale,
         options.snap,
+        options.reference,
     )
     if not options.target:
         raise Misused('--by needs a TARGET: what the device is to drag')
@@ -145,9 +161,15 @@ def _drag(options: argparse.Namespace) -> None:
         raise Misused('--press is for --match; with --by, the device or --clutch says when the hand holds')
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
+    is_frame = options.by.startswith(teach.TF)
+    if options.by == teach.TF:
+        raise Misused(f'--by {teach.TF} needs the name of a frame, as {teach.TF}hand; found {options.by}')
+    if options.reference and not is_frame:
+        raise Misused(f'--in is for a frame of tf, as --by {teach.TF}hand; found --by {options.by}')
     find_master()
-    by, clutch = full_name(options.by), full_name(options.clutch) if options.clutch else ''
-    device, device_class = teach.device(by, chosen, options.wait)
+    by = options.by if is_frame else full_name(options.by)
+    clutch = full_name(options.clutch) if options.clutch else ''
+    device, topic, device_class = teach.device(by, chosen, options.wait)
     node.init_node(NODE, anonymous=True, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -155,7 +177,7 @@ def _drag(options: argparse.Namespace) -> None:
     teacher = teach.Teacher(screen.say)
     screen.name = teacher.find(full_name(options.target), options.wait, device)
     screen.begin()
-    teacher.teach(screen.name, by, device, device_class, chosen, clutch, screen.show)
+    teacher.teach(screen.name, by, device, topic, device_class, chosen, clutch, screen.show)
     screen.end()
 
 
