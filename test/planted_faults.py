@@ -325,8 +325,8 @@ FAULTS = [
     Fault(
         'hand_that_trembles',
         'teach/filtering.py',
-        'RATE = 15.0',
-        'RATE = 150.0',
+        '/ unit) ** 3)',
+        '/ unit))',
         ('test/teach/test_filtering.py',),
     ),
     Fault(

@@ -13,7 +13,7 @@ AVERAGING = 0.1
 LAGS = (0.01, 0.05)
 
 #: The rate of the filter, of 1/s, that a mean lag as long as one of LAGS adds.
-RATE = 15.0
+RATE = 30.0
 
 #: The longest time that one sample stands for, in seconds: after a gap, its jitter is not the mean of the gap.
 LONGEST = 0.05
