@@ -318,9 +318,16 @@ FAULTS = [
     Fault(
         'device_that_leaps',
         'teach/hand.py',
-        'if _length(way) > self._max_step:',
+        'if _length(way) > self._options.max_step:',
         'if _length(way) > 1e9:',
         suite('teaching'),
+    ),
+    Fault(
+        'hand_that_trembles',
+        'teach/filtering.py',
+        '/ unit) ** 3)',
+        '/ unit))',
+        ('test/teach/test_filtering.py',),
     ),
     Fault(
         'measurement_that_is_old',

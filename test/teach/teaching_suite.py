@@ -10,9 +10,10 @@ import unittest
 
 import rospkg
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from support.fork_server import Program
 from support.processes import Node, wait_until
@@ -49,6 +50,7 @@ SLT_TEACH = os.path.join(rospkg.RosPack().get_path('rosslt'), 'scripts', 'slt_te
 PERIOD = 0.02  # s between two stamps
 SPEED = 0.5  # m/s, the default
 STEP = SPEED * PERIOD
+HALFWAY = -0.55  # the deflection of a stick that counts -0.5: its dead zone is 0.1
 NEAR = 1e-3  # what a hand tells apart
 
 
@@ -131,7 +133,7 @@ class Teaching(unittest.TestCase):
         joy = self.joystick()
         teaching = self.teach(joy, '/things:box:0')
         before = len(lines('log', '/stage'))
-        self.play(joy, self.joy(1.0, 1.0, held=False), self.joy(), *[self.joy(1.0, -0.5) for _ in range(50)])
+        self.play(joy, self.joy(1.0, 1.0, held=False), self.joy(), *[self.joy(1.0, HALFWAY) for _ in range(50)])
         self.play(joy, self.joy(0.05, 0.09), self.joy(held=False), self.joy(1.0, held=False))
         ((_, name, by, *_),) = teaching.wait_for('holds')
         self.assertEqual((name, by), ('/things:box:0', joy.name))
@@ -222,6 +224,16 @@ class Teaching(unittest.TestCase):
             ((*_, x, _, _),) = teaching.rows('lets go')
             self.expect('x', float(x))
 
+    def test_a_joystick_turns_by_its_axes_that_turn(self):
+        joy = self.joystick()
+        teaching = self.teach(joy, '/things:dial:0', '--turn', '2,2,0', '--turn-speed', '0.25', '--speed', '0.1')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(20)], self.joy(math.nan), self.joy(1.0, after=0.5))
+        self.play(joy, self.joy(held=False))
+        teaching.wait_for('lets go')
+        self.expect('yaw', 0.3 + 20 * 0.25 * PERIOD)
+        said = [row[2].partition(': ')[2] for row in teaching.rows('says')]
+        self.assertEqual(said, ['a number is not finite', 'it leaps by more than 0.1 rad'])
+
     def test_a_twist_that_is_not_zero_moves_and_turns(self):
         twist = self.device(Twist)
         teaching = self.teach(twist, '/things:dial:0')
@@ -235,7 +247,7 @@ class Teaching(unittest.TestCase):
     def test_a_tracker_moves_a_thing_by_its_way_since_the_hand_took_hold(self):
         tracker = self.device(PoseStamped)
         clutch = self.device(Joy, 'clutch')
-        teaching = self.teach(tracker, '/things:dial:0', '--clutch', clutch.name)
+        teaching = self.teach(tracker, '/things:dial:0', '--smooth', '0', '--clutch', clutch.name)
         wait_until(clutch.get_num_connections, 'it hears the clutch')
         self.play(tracker, *[self.pose(10.0, 1.0)] * 3)
 
@@ -249,6 +261,44 @@ class Teaching(unittest.TestCase):
         self.expect('yaw', 0.7)
         self.play(clutch, Joy(buttons=[0]))
         teaching.wait_for('lets go')
+
+    def test_a_frame_of_tf_moves_a_thing_by_its_way_since_the_hand_took_hold(self):
+        tf = rospy.Publisher('/tf', TFMessage, queue_size=1000)
+        static = rospy.Publisher('/tf_static', TFMessage, queue_size=1, latch=True)
+        self.addCleanup(tf.unregister)
+        self.addCleanup(static.unregister)
+        static.publish([self.transform('world', 'base', yaw=math.pi / 2)])
+        for reference, distance in (([], -0.4), (['--in', 'base'], 0.2)):
+            arguments = ['/things:box:0', '--by', 'tf:hand', *reference, '--smooth', '0', '--wait', '60']
+            teaching = Teach(shutil.which('rosslt'), 'teach', *arguments)
+            self.addCleanup(teaching.process.kill)
+
+            def is_held(at=teaching):
+                tf.publish([self.transform('base', 'hand', 1.0, 2.0)])
+                return at.rows('holds')
+
+            wait_until(is_held, 'it takes hold as transforms come')
+            self.assertEqual(teaching.rows('holds')[0][2], 'tf:hand')
+            x = value('x')
+            for step in range(9):
+                moved = self.transform('base', 'hand', 1.0 + 0.025 * step, 2.0 + 0.05 * step)
+                tf.publish([moved])
+                tf.publish([moved])  # which is no newer one
+                tf.publish([self.transform('base', 'other')])
+            self.expect('x', x + distance)
+            wait_until(
+                lambda at=teaching: len(at.rows('lets go')) == len(at.rows('holds')), 'it lets go as none is newer'
+            )
+            self.assertEqual({row[2] for row in teaching.rows('says')}, {'tf:hand is silent'})
+            self.assertEqual(teaching.stop(), 0)
+
+    def transform(self, parent, child, x=0.0, y=0.0, yaw=0.0):
+        message = TransformStamped(child_frame_id=child)
+        type(self).now += PERIOD
+        message.header.frame_id, message.header.stamp = parent, rospy.Time.from_sec(self.now)
+        message.transform.translation.x, message.transform.translation.y = x, y
+        message.transform.rotation.z, message.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        return message
 
     def pose(self, x, yaw):
         message = PoseStamped()
@@ -273,8 +323,9 @@ class Teaching(unittest.TestCase):
                 'nothing that can be dragged is called /nothing; there are: /place, /things:',
             ),
             (['/things', '--by', joy.name], '/things shows several things: /things:box:0, /things:dial:0'),
-            (['/things:dial:0', '--by', joy.name], '/things:dial:0 can only be turned'),
+            (['/things:dial:0', '--by', joy.name], 'can only be turned, and a Joystick turns nothing without --turn'),
             (['/place', '--by', '/nobody'], 'nobody publishes /nobody; of types that a device has, there are: /'),
+            (['/place', '--by', 'tf:nowhere'], 'tf has no pose of nowhere in world'),
             (['/place', '--by', text.name], ' is a std_msgs/String, and no device; devices are: geometry_msgs/Pose'),
         ):
             self.assertIn(expected, failure('teach', *arguments, '--wait', '2'))

@@ -6,7 +6,7 @@ room may import the rooms `markers`, `node`, `messages` and `values`, and rospy.
 one, and a `Teacher` has it move a thing.
 """
 
-from rosslt.teach.devices import DEVICES, Joystick, NotTaught, Options, device
+from rosslt.teach.devices import DEVICES, TF, WAYS, Joystick, NotTaught, Options, device
 from rosslt.teach.matcher import Answer, Matcher
 from rosslt.teach.pairing import Field
 from rosslt.teach.presses import SERVICE, Presses

@@ -3,23 +3,35 @@
 To add a type of device, add a class and a row to the table DEVICES.
 """
 
+import contextlib
 import math
 import time
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, FrozenSet, List, NamedTuple, Optional, Sequence, Tuple, Type
 
 import genpy
 import rosgraph
 import roslib.message
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Point, Pose, PoseStamped
+from tf2_msgs.msg import TFMessage
 
 from rosslt import values
 from rosslt.markers import geometry
 from rosslt.markers.geometry import Vector
+from rosslt.teach.turning import rotation_vector, scaled
 
 #: The deflection of a stick below which it is at rest, of 1.
 DEAD_ZONE = 0.1
 
 #: The period in which the master is asked for a device that is not there yet, in seconds.
 PERIOD = 0.2
+
+#: What a device may move: along the axes of the frame that the thing is in, and around them.
+WAYS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
+
+#: What the name of a device begins with that is a frame of tf.
+TF = 'tf:'
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -39,13 +51,30 @@ class Options(NamedTuple):
         axes: the numbers of the axes of a Joy that are x, y and z.
         speed: that of a Joy whose stick is pushed as far as it goes, in metres per second.
         deadman: the number of the button of a Joy that is pressed as long as the hand holds.
-        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians.
+        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians,
+            before it is scaled.
+        turn: the numbers of the axes of a Joy that are roll, pitch and yaw; empty if it turns nothing.
+        turn_speed: that of a Joy whose stick is pushed as far as it goes, in radians per second.
+        expo: how much of the deflection of a stick is its third power, from 0 to 1.
+        smooth: the time constant of the filter for poses at rest, in seconds; 0 for none.
+        only: what the device may move, of WAYS.
+        scale: how many metres the thing moves by, for one of the device.
+        snap: of what the coordinates of the thing are multiples, in metres; 0 for any.
+        reference: the frame that the pose of a frame of tf is in; '' for the one that the thing is in.
     """
 
     axes: Tuple[int, int, int] = (0, 1, 2)
     speed: float = 0.5
     deadman: int = 0
     max_step: float = 0.1
+    turn: Tuple[int, ...] = ()
+    turn_speed: float = 0.5
+    expo: float = 0.0
+    smooth: float = 15.0
+    only: FrozenSet[str] = frozenset(WAYS)
+    scale: float = 1.0
+    snap: float = 0.0
+    reference: str = ''
 
 
 class Step(NamedTuple):
@@ -70,8 +99,15 @@ class Device:
     #: Whether it can turn things.
     turns = False
 
+    #: Whether it is in a hand that trembles.
+    trembles = False
+
     def __init__(self, options: Options) -> None:
         self._options = options
+
+    def read(self, message: genpy.Message) -> Optional[genpy.Message]:
+        """What a message of the topic says; None if it says nothing new of the device."""
+        return message
 
     def holds(self, message: genpy.Message) -> bool:
         """Return whether the hand holds."""
@@ -97,21 +133,35 @@ class Device:
 class Joystick(Device):
     """A sensor_msgs/Joy: how far a stick is pushed is a velocity, and a button that is pressed holds."""
 
+    def __init__(self, options: Options) -> None:
+        super().__init__(options)
+        self.turns = bool(options.turn)
+
     def holds(self, message: genpy.Message) -> bool:
         """Return whether the button is pressed; one that the joystick does not have is not."""
         return any(message.buttons[self._options.deadman : self._options.deadman + 1])
 
     def numbers(self, message: genpy.Message) -> Sequence[float]:
-        """The deflections of the three axes."""
-        for axis in self._options.axes:
+        """The deflections of the axes that move, and of those that turn."""
+        axes = (*self._options.axes, *self._options.turn)
+        for axis in axes:
             if axis >= len(message.axes):
                 raise Unusable(f'it has {len(message.axes)} axes, and no axis {axis}')
-        return [message.axes[axis] for axis in self._options.axes]
+        return [message.axes[axis] for axis in axes]
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
-        """The deflection, except near the middle, times the speed and the time."""
-        x, y, z = (0.0 if abs(one) < DEAD_ZONE else one * self._options.speed * seconds for one in self.numbers(now))
-        return Step((x, y, z))
+        """What the deflections count, times the speeds and the time."""
+        x, y, z, *turn = map(self._counted, self.numbers(now))
+        roll, pitch, yaw = turn or STILL
+        return Step(
+            scaled((x, y, z), self._options.speed * seconds),
+            scaled((roll, pitch, yaw), self._options.turn_speed * seconds),
+        )
+
+    def _counted(self, deflection: float) -> float:
+        """What a deflection counts: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
+        beyond = math.copysign(max(abs(deflection) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE), deflection)
+        return (1.0 - self._options.expo) * beyond + self._options.expo * beyond**3
 
 
 class Velocity(Device):
@@ -129,13 +179,14 @@ class Velocity(Device):
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
         """The velocity times the time."""
-        return Step(_scaled(_vector(now.linear), seconds), _scaled(_vector(now.angular), seconds))
+        return Step(scaled(_vector(now.linear), seconds), scaled(_vector(now.angular), seconds))
 
 
 class Tracker(Device):
     """A geometry_msgs/PoseStamped: the hand goes as the pose goes, and holds as long as messages come."""
 
     turns = True
+    trembles = True
 
     def holds(self, message: genpy.Message) -> bool:
         """Return True: each message says where the hand is."""
@@ -156,6 +207,68 @@ class Tracker(Device):
         return Step((x, y, z), rotation_vector(turn))
 
 
+class Frame(Tracker):
+    """A frame of tf: the hand goes as its pose in the frame of reference does, and holds as long as newer ones come.
+
+    tf2's own buffer looks them up, as provenance is of no use here. It gets what moves as the hand does, one message
+    after the other, so that no step is left out.
+
+    Args:
+        frame: its name.
+        options: what the user has chosen for it.
+    """
+
+    def __init__(self, frame: str, options: Options) -> None:
+        super().__init__(options)
+        self._frame, self._reference = frame, options.reference.lstrip('/')
+        self._buffer, self._newest = tf2_ros.BufferCore(), rospy.Time()
+
+    def begin(self, reference: str, timeout: float) -> None:
+        """Wait for the frame.
+
+        Args:
+            reference: the frame of reference, unless the user has chosen one.
+            timeout: how long to wait, in seconds.
+
+        Raises:
+            NotTaught: tf does not have it.
+        """
+        self._reference = self._reference or reference.lstrip('/')
+        rospy.Subscriber('/tf_static', TFMessage, self._keep, self._buffer.set_transform_static)
+        moving = rospy.Subscriber('/tf', TFMessage, self._keep, self._buffer.set_transform)
+        end = time.monotonic() + timeout
+        try:
+            while not rospy.is_shutdown():
+                with contextlib.suppress(tf2_ros.TransformException):
+                    self._look_up()
+                    break
+                if time.monotonic() > end:
+                    raise NotTaught(f'tf has no pose of {self._frame} in {self._reference}')
+                time.sleep(PERIOD)
+        finally:
+            moving.unregister()
+
+    def read(self, message: genpy.Message) -> Optional[genpy.Message]:
+        """The newest pose of the frame, after a message of tf; None if it was read before, or never changes."""
+        self._keep(message, self._buffer.set_transform)
+        try:
+            found = self._look_up()
+        except tf2_ros.TransformException:
+            return None
+        if found.header.stamp == self._newest:
+            return None
+        self._newest = found.header.stamp
+        move, turn = found.transform.translation, found.transform.rotation
+        return PoseStamped(found.header, Pose(Point(move.x, move.y, move.z), turn))
+
+    def _keep(self, message: genpy.Message, add: Callable[[genpy.Message, str], None]) -> None:
+        for transform in message.transforms:
+            add(transform, '')
+
+    def _look_up(self) -> Any:
+        return self._buffer.lookup_transform_core(self._reference, self._frame, rospy.Time())
+
+
 #: The class for each type of message that a device may send.
 DEVICES: Dict[str, Type[Device]] = {
     'geometry_msgs/PoseStamped': Tracker,
@@ -164,36 +277,31 @@ DEVICES: Dict[str, Type[Device]] = {
 }
 
 
-def device(topic: str, options: Options, timeout: float) -> Tuple[Device, Type[genpy.Message]]:
-    """The device that sends on a topic, and the class of its messages.
+def device(name: str, options: Options, timeout: float) -> Tuple[Device, str, Type[genpy.Message]]:
+    """A device, the topic that it sends on, and the class of its messages.
 
     Args:
-        topic: its full name.
+        name: the full name of its topic, or TF and a frame.
         options: what the user has chosen.
         timeout: how long to wait for somebody to send there, in seconds.
 
     Raises:
         NotTaught: there is none, or it is of a type that no device has.
     """
+    if name.startswith(TF):
+        return Frame(name[len(TF) :].lstrip('/'), options), '/tf', TFMessage
     master, end = rosgraph.Master('/rosslt_teach'), time.monotonic() + timeout
     while True:
-        types = {name: kind for name, kind in master.getPublishedTopics('/') if kind != '*'}
-        if topic in types or time.monotonic() > end:
+        types = {topic: kind for topic, kind in master.getPublishedTopics('/') if kind != '*'}
+        if name in types or time.monotonic() > end:
             break
         time.sleep(PERIOD)
-    if topic not in types:
-        there = sorted(name for name, kind in types.items() if kind in DEVICES)
-        raise NotTaught(f'nobody publishes {topic}; of types that a device has, there are: ' + _list(there))
-    if types[topic] not in DEVICES:
-        raise NotTaught(f'{topic} is a {types[topic]}, and no device; devices are: ' + _list(sorted(DEVICES)))
-    return DEVICES[types[topic]](options), roslib.message.get_message_class(types[topic])
-
-
-def rotation_vector(rotation: geometry.Rotation) -> Vector:
-    """The axis of a rotation, as long as its angle, which is at most half a turn."""
-    x, y, z, w = rotation if rotation[3] >= 0.0 else tuple(-part for part in rotation)
-    sine = math.sqrt(x * x + y * y + z * z)
-    return _scaled((x, y, z), 2.0 * math.atan2(sine, w) / sine) if sine else STILL
+    if name not in types:
+        there = sorted(topic for topic, kind in types.items() if kind in DEVICES)
+        raise NotTaught(f'nobody publishes {name}; of types that a device has, there are: ' + _list(there))
+    if types[name] not in DEVICES:
+        raise NotTaught(f'{name} is a {types[name]}, and no device; devices are: ' + _list(sorted(DEVICES)))
+    return DEVICES[types[name]](options), name, roslib.message.get_message_class(types[name])
 
 
 def _rotation(numbers: Sequence[float]) -> geometry.Rotation:
@@ -202,10 +310,6 @@ def _rotation(numbers: Sequence[float]) -> geometry.Rotation:
 
 def _vector(part: Any) -> Vector:
     return part.x, part.y, part.z
-
-
-def _scaled(vector: Vector, factor: float) -> Vector:
-    return vector[0] * factor, vector[1] * factor, vector[2] * factor
 
 
 def _list(names: List[str]) -> str:

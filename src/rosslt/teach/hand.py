@@ -1,13 +1,15 @@
 """The hand of a device: it takes hold of a thing, moves it by the steps of the device, and lets go."""
 
 import math
-from typing import Any, Callable, List, Optional, Sequence, Set, Tuple
+from typing import Callable, List, Optional, Sequence, Set, Tuple
 
 import genpy
 
 from rosslt.markers import Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
-from rosslt.teach.devices import Device, Step, Unusable
+from rosslt.teach.devices import WAYS, Device, Options, Step, Unusable
+from rosslt.teach.filtering import Filter
+from rosslt.teach.turning import rotation_of, scaled
 
 #: The time after which a device of which nothing is heard has let go, in seconds.
 SILENCE = 0.2
@@ -23,7 +25,7 @@ class Hand:
         device: moves it.
         drags: the hands of the scene.
         name: whose hand it is.
-        max_step: as in Options.
+        options: what the user has chosen for the device.
         grasp: gives the thing, the ways in which it can be moved, and where it is shown; None if it is not.
         say: is called with what a person should know.
 
@@ -36,11 +38,11 @@ class Hand:
         device: Device,
         drags: Drags,
         name: str,
-        max_step: float,
+        options: Options,
         grasp: Callable[[], Optional[Tuple[Handle, Motions, PoseTuple]]],
         say: Callable[[str], None],
     ) -> None:
-        self._device, self._drags, self._name, self._max_step = device, drags, name, max_step
+        self._device, self._drags, self._name, self._options = device, drags, name, options
         self._grasp, self._say = grasp, say
         self.pose: Optional[PoseTuple] = None
         self._last: Optional[Tuple[genpy.Message, float]] = None  # the last sound message, and when it was sent
@@ -60,7 +62,9 @@ class Hand:
             self._last = None
             return
         try:
-            self._follow(message, arrived)
+            read = self._device.read(message)
+            if read is not None:
+                self._follow(read, arrived)
         except Unusable as error:
             self._warn(str(error))
 
@@ -90,7 +94,8 @@ class Hand:
         if self.pose is None or last is None:
             self._take_hold()
         else:
-            self._move(self._device.step(last[0], message, sent - last[1]))
+            seconds = sent - last[1]
+            self._move(self._device.step(last[0], message, seconds), seconds)
 
     def _take_hold(self) -> None:
         found = self._grasp()
@@ -100,8 +105,11 @@ class Hand:
         if not self._drags.hold(handle.name, self._name, handle.frame, pose):
             raise Unusable('the thing is not shown')
         self._handle, self._motions, self.pose = handle, motions, pose
+        self._wanted = pose[:3]  # without rounding to multiples
+        is_filtered = self._device.trembles and self._options.smooth
+        self._filter = Filter(self._options.smooth) if is_filtered else None
 
-    def _move(self, step: Step) -> None:
+    def _move(self, step: Step, seconds: float) -> None:
         assert self.pose is not None
         here = self.pose[3:]
         self._drags.keep(self._handle.name, self._name)
@@ -109,17 +117,38 @@ class Hand:
         if not self._motions.is_in_frame:
             axes = [rotate_vector(here, axis) for axis in axes]
         rings = [rotate_vector(ring.orientation(here), AXES[0]) for ring in self._motions.rings]
-        turn = within(step.turn, rings)
+        allowed = self._allowed(step)
+        move, turn = within(allowed.move, axes), within(allowed.turn, rings)
         for way, unit in ((step.move, 'm'), (turn, 'rad')):
-            if _length(way) > self._max_step:
-                raise Unusable(f'it leaps by more than {self._max_step:g} {unit}')
-        move = within(step.move, axes)
-        if any((*step.move, *step.turn)) and not any((*move, *turn)):
+            if _length(way) > self._options.max_step:
+                raise Unusable(f'it leaps by more than {self._options.max_step:g} {unit}')
+        if any((*allowed.move, *allowed.turn)) and not any((*move, *turn)):
             raise Unusable('the thing does not go that way, or its numbers take no change')
-        x, y, z = (a + b for a, b in zip(self.pose[:3], move))
-        self.pose = x, y, z, *normalized(*product(_rotation(turn), here))
+        if self._filter is not None:
+            move, turn = self._filter.step(move, turn, seconds)
+        self._wanted = _minus(self._wanted, move, -self._options.scale)
+        x, y, z = self._snapped(axes) if any(move) else self.pose[:3]
+        self.pose = x, y, z, *normalized(*product(rotation_of(turn), here))
         if not self._drags.move(self._handle.name, self._handle.frame, self.pose, self._name):
             raise Unusable('the thing is not shown any more')
+
+    def _allowed(self, step: Step) -> Step:
+        """The part of a step that the device may move."""
+        x, y, z, roll, pitch, yaw = (
+            one if way in self._options.only else 0.0 for way, one in zip(WAYS, (*step.move, *step.turn))
+        )
+        return Step((x, y, z), (roll, pitch, yaw))
+
+    def _snapped(self, axes: Sequence[Vector]) -> Vector:
+        """Where the thing is wanted: multiples, in coordinates that may change without the others."""
+        snap = self._options.snap
+        x, y, z = (
+            round(one / snap) * snap
+            if snap and way in self._options.only and _length(_minus(axis, within(axis, axes), 1.0)) < FLAT
+            else one
+            for way, axis, one in zip(WAYS, AXES, self._wanted)
+        )
+        return x, y, z
 
     def _warn(self, reason: str) -> None:
         """Say once, as long as it holds, why a message moves nothing."""
@@ -137,16 +166,10 @@ def within(vector: Vector, directions: Sequence[Vector]) -> Vector:
             direction = _minus(direction, other, _dot(direction, other))
         length = _length(direction)
         if length > FLAT:
-            direction = direction[0] / length, direction[1] / length, direction[2] / length
+            direction = scaled(direction, 1.0 / length)
             base.append(direction)
             result = _minus(result, direction, -_dot(vector, direction))
     return result
-
-
-def _rotation(turn: Vector) -> Any:
-    angle = _length(turn)
-    factor = math.sin(angle / 2.0) / angle if angle else 0.0
-    return turn[0] * factor, turn[1] * factor, turn[2] * factor, math.cos(angle / 2.0)
 
 
 def _minus(vector: Vector, other: Vector, factor: float) -> Vector:

@@ -25,7 +25,7 @@ from rosslt.markers import (
     short_numbers,
 )
 from rosslt.markers.geometry import PoseTuple
-from rosslt.teach.devices import Device, Joystick, NotTaught, Options
+from rosslt.teach.devices import Device, Frame, Joystick, NotTaught, Options
 from rosslt.teach.hand import SILENCE, Hand
 
 #: Shows whether the hand holds the thing, where it is, and {name: value} of its sources.
@@ -88,7 +88,7 @@ class Teacher(Follower):
             device: is to move it.
 
         Raises:
-            NotTaught: there is none, there are several, or the device cannot move it.
+            NotTaught: there is none, there are several, or the device cannot move it, or is not there.
         """
         end = time.monotonic() + timeout
         found: List[str] = []
@@ -102,7 +102,13 @@ class Teacher(Follower):
         if len(found) > 1:
             raise NotTaught(f'{target} shows several things: ' + ', '.join(sorted(found)))
         if not (device.turns or any(self._there[found[0]][0].axes)):
-            raise NotTaught(f'{found[0]} can only be turned, and a {type(device).__name__} turns nothing')
+            raise NotTaught(
+                f'{found[0]} can only be turned, and a {type(device).__name__} turns nothing'
+                + ' without --turn' * isinstance(device, Joystick)
+            )
+        if isinstance(device, Frame):
+            handle = self._scene.handle(found[0])
+            device.begin(handle.frame if handle is not None else '', max(end - time.monotonic(), 1.0))
         return found[0]
 
     def teach(
@@ -110,6 +116,7 @@ class Teacher(Follower):
         name: str,
         by: str,
         device: Device,
+        topic: str,
         device_class: Type[genpy.Message],
         options: Options,
         clutch: str,
@@ -119,15 +126,15 @@ class Teacher(Follower):
 
         Args:
             name: of the handle.
-            by: the topic of the device.
-            device, device_class: as `device` gives them.
+            by: the name of the device.
+            device, topic, device_class: as `device` gives them.
             options: of the device, and of its clutch.
             clutch: the topic of a Joy whose button is pressed as long as the hand holds; '' for none.
             show: is called some thirty times a second.
         """
         self._name = name
-        hand = Hand(device, self._drags, by, options.max_step, functools.partial(self._grasp, name), self._say)
-        subscribers = [rospy.Subscriber(by, device_class, self._note, False, tcp_nodelay=True)]
+        hand = Hand(device, self._drags, by, options, functools.partial(self._grasp, name), self._say)
+        subscribers = [rospy.Subscriber(topic, device_class, self._note, False, tcp_nodelay=True)]
         if clutch:
             subscribers.append(rospy.Subscriber(clutch, Joy, self._note, True, tcp_nodelay=True))
         try:

@@ -3,12 +3,11 @@
 import argparse
 import contextlib
 import functools
-import math
 import shutil
 import signal
 import sys
 import time
-from typing import Any, Callable, Dict, Sequence, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -24,9 +23,9 @@ SUMMARY = 'have a joystick, a velocity command or a tracker drag a thing'
 DESCRIPTION = """Have a device do what the mouse does in RViz: drag a thing, by the numbers behind it. DEVICE is a
 topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pressed, and a stick moves it. With a
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
-messages come, and moves as the pose does. A device that is silent for 0.2 s has let go. What is not finite, leaps,
-goes back in time or is repeated moves nothing. From taking hold to letting go, it is one change, which `rosslt undo`
-takes back. Ctrl-C lets go and ends.
+messages come, and moves as the pose does, without the trembling of a hand; so does tf:FRAME, a frame of tf. A device
+that is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From
+taking hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
 
 With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
 behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
@@ -37,8 +36,10 @@ EXAMPLE = """\
 examples:
   rosslt teach /markers:ball:0 --by /joy
   rosslt teach /goal --by /joy --axes 0,1,4 --deadman 5 --speed 0.2
+  rosslt teach /goal --by /joy --turn 3,4,2 --only x,y,yaw --expo 0.5
   rosslt teach /goal --by /cmd_vel
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
+  rosslt teach /goal --by tf:hand --in world --clutch /joy
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
@@ -56,7 +57,21 @@ ARGUMENTS = [
         metavar='TARGET',
         help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing',
     ),
-    Argument('--by', metavar='DEVICE', default='', exclusive=True, completer='topics', help='the topic of the device'),
+    Argument(
+        '--by',
+        metavar='DEVICE',
+        default='',
+        exclusive=True,
+        completer='topics',
+        help='the topic of the device, or tf:FRAME',
+    ),
+    Argument(
+        '--in',
+        dest='reference',
+        default='',
+        metavar='FRAME',
+        help='with --by tf:FRAME: the frame that its pose is in; by default that of the thing',
+    ),
     Argument(
         '--match',
         action='append',
@@ -71,8 +86,28 @@ ARGUMENTS = [
     Argument('--axes', default='0,1,2', metavar='N,N,N', help='axes of a Joy that are x, y and z (default: 0,1,2)'),
     Argument('--speed', type=float, default=0.5, metavar='V', help='m/s of a stick at its stop (default: 0.5)'),
     Argument('--deadman', type=int, default=0, metavar='N', help='button of a Joy that holds (default: 0)'),
+    Argument(
+        '--expo', type=float, default=0.0, metavar='E', help='0 to 1: finer near the middle of a Joy (default: 0)'
+    ),
+    Argument('--turn', metavar='N,N,N', help='axes of a Joy that are roll, pitch and yaw'),
+    Argument('--turn-speed', type=float, default=0.5, metavar='W', help='rad/s of a stick at its stop (default: 0.5)'),
     Argument('--clutch', default='', completer='topics', metavar='JOY', help='a Joy whose button holds instead'),
     Argument('--max-step', type=float, default=0.1, metavar='D', help='m or rad between two messages (default: 0.1)'),
+    Argument(
+        '--smooth',
+        type=float,
+        default=15.0,
+        metavar='S',
+        help='seconds that poses of a hand that trembles are smoothed over at rest; 0: not at all (default: 15)',
+    ),
+    Argument(
+        '--only',
+        default='x,y,z,roll,pitch,yaw',
+        metavar='WAYS',
+        help='what the device may move, in the frame of the thing, as x,y,yaw (default: x,y,z,roll,pitch,yaw)',
+    ),
+    Argument('--scale', type=float, default=1.0, metavar='F', help='m that the thing moves per m (default: 1)'),
+    Argument('--snap', type=float, default=0.0, metavar='D', help='coordinates become multiples of so many metres'),
     Argument('--wait', type=float, default=5.0, metavar='S', help='seconds to wait for all that it needs (default: 5)'),
 ]
 
@@ -98,19 +133,43 @@ def run(options: argparse.Namespace) -> None:
 def _drag(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
 
-    chosen = teach.Options(_axes(options.axes), options.speed, options.deadman, options.max_step)
-    for name, given in (('--speed', options.speed), ('--max-step', options.max_step)):
-        if not (math.isfinite(given) and given > 0.0):
-            raise Misused(f'{name} must be a number above 0, found {given}')
+    for names, least, most, range_ in (
+        (('speed', 'max_step', 'turn_speed', 'scale'), sys.float_info.min, sys.float_info.max, 'above 0'),
+        (('smooth', 'snap'), 0.0, sys.float_info.max, 'of at least 0'),
+        (('expo',), 0.0, 1.0, 'from 0 to 1'),
+    ):
+        for name in names:
+            if not least <= getattr(options, name) <= most:
+                raise Misused(f'--{name.replace("_", "-")} must be a number {range_}, found {getattr(options, name)}')
+    chosen = teach.Options(
+        _axes('axes', options.axes),
+        options.speed,
+        options.deadman,
+        options.max_step,
+        () if options.turn is None else _axes('turn', options.turn),
+        options.turn_speed,
+        options.expo,
+        options.smooth,
+        _ways(options.only, teach.WAYS),
+        options.scale,
+        options.snap,
+        options.reference,
+    )
     if not options.target:
         raise Misused('--by needs a TARGET: what the device is to drag')
     if options.press:
         raise Misused('--press is for --match; with --by, the device or --clutch says when the hand holds')
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
+    is_frame = options.by.startswith(teach.TF)
+    if options.by == teach.TF:
+        raise Misused(f'--by {teach.TF} needs the name of a frame, as {teach.TF}hand; found {options.by}')
+    if options.reference and not is_frame:
+        raise Misused(f'--in is for a frame of tf, as --by {teach.TF}hand; found --by {options.by}')
     find_master()
-    by, clutch = full_name(options.by), full_name(options.clutch) if options.clutch else ''
-    device, device_class = teach.device(by, chosen, options.wait)
+    by = options.by if is_frame else full_name(options.by)
+    clutch = full_name(options.clutch) if options.clutch else ''
+    device, topic, device_class = teach.device(by, chosen, options.wait)
     node.init_node(NODE, anonymous=True, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -118,7 +177,7 @@ def _drag(options: argparse.Namespace) -> None:
     teacher = teach.Teacher(screen.say)
     screen.name = teacher.find(full_name(options.target), options.wait, device)
     screen.begin()
-    teacher.teach(screen.name, by, device, device_class, chosen, clutch, screen.show)
+    teacher.teach(screen.name, by, device, topic, device_class, chosen, clutch, screen.show)
     screen.end()
 
 
@@ -209,14 +268,21 @@ def _say(by: str, text: str) -> None:
         sys.stdout.flush()
 
 
-def _axes(text: str) -> Tuple[int, int, int]:
+def _axes(name: str, text: str) -> Tuple[int, int, int]:
     try:
         x, y, z = map(int, text.split(','))
     except ValueError:
         x = y = z = -1
     if min(x, y, z) < 0:
-        raise Misused(f'--axes must be three numbers of axes, as 0,1,2; found {text}')
+        raise Misused(f'--{name} must be three numbers of axes, as 0,1,2; found {text}')
     return x, y, z
+
+
+def _ways(text: str, all_ways: Sequence[str]) -> FrozenSet[str]:
+    ways = text.split(',')
+    if not set(ways) <= set(all_ways):
+        raise Misused(f'--only takes some of {",".join(all_ways)}; found {text}')
+    return frozenset(ways)
 
 
 class Screen:
