@@ -153,6 +153,19 @@ def test_a_number_that_could_be_another_one_is_not_followed():
     assert values_after('def f():\n    return 1.5\n', 'def g():\n    return 1.5\n') == {}
 
 
+def test_numbers_are_followed_beside_a_row_that_was_added():
+    rows = '[\n [1.5, 2.5],\n [3.5, 4.5],\n [3.5, 5.5],\n]\n'
+    assert values_after(rows, rows.replace(' [3.5, 4.5],\n', ' [3.5, 4.5],\n' * 2)) == {
+        1.5: 1.5,
+        2.5: 2.5,
+        3.5: 3.5,
+        5.5: 5.5,
+    }
+    assert values_after('move(1.5)\nmove(1.5)\n', 'move(1.5)\n' * 3) == {}
+    before, after = source(b'move(1.5)\nmove(2.5)\n'), source(b'move(1.5)\nmove(1.5)\nmove(2.5)\n')
+    assert followed(before, after).lines == [1, 2], 'either may be the one that was there'
+
+
 @pytest.mark.parametrize(
     ('text', 'numbers'),
     [

@@ -9,7 +9,7 @@ from typing import Iterable, List, Sequence, Tuple
 
 import genpy.message
 
-from rosslt import messages
+from rosslt import files, messages
 from rosslt.cli.master import find_master, full_name, tracked_nodes
 from rosslt.node import Directory
 
@@ -35,6 +35,11 @@ def locations(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
 def nodes_and_locations(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """NODE or NODE/LOCATION."""
     return [*nodes(word), *locations(word)]
+
+
+def row_operations(_word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """What `rosslt row` does."""
+    return [operation + ' ' for operation in files.OPERATIONS]
 
 
 def topics(word: str, _before: Sequence[str] = (), end: str = ' ') -> Iterable[str]:

@@ -211,6 +211,24 @@ def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
     return called[0]
 
 
+def find_in_row(master: rosgraph.Master, directory: Directory, text: str) -> Tuple[Place, List[Place]]:
+    """Return a location, and all of the row of a table that it is in, itself among them; the first one of a row if
+    the text is what the names of its numbers begin with, as `/patrol/WAYPOINTS_2`.
+
+    Raises:
+        Failure: as in `find`.
+    """
+    name, wanted = split_location(master, text)
+    places = locations_of(master, directory, name)
+    begun = [place for place in places if place.local_name.startswith((wanted + '_', wanted + '/'))]
+    rows = {place.location.row for place in begun}
+    is_known = any(place.local_name == wanted for place in places)
+    is_row = not is_known and len(rows) == 1 and '' not in rows
+    place = begun[0] if is_row else find(master, directory, text)
+    row = place.location.row
+    return place, [one for one in places if one.location.row == row] if row else [place]
+
+
 def _of_table(text: str, places: Iterable[Place]) -> List[str]:
     """The locations of the row that a text means if it begins with the name of a table, `SHELVES[2].x`; those of all
     rows if it has no such row."""

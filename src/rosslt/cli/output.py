@@ -56,6 +56,14 @@ def write_note(verb: str, text: str) -> None:
         print(f'rosslt {verb}: {text}', file=sys.stderr)
 
 
+def write_diff(diff: str) -> None:
+    """Print a unified diff of `files.unified_diff` as the bytes of the files, whatever they are encoded in, or `patch`
+    would not know them again."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(diff.encode('utf-8', 'surrogateescape'))
+    sys.stdout.buffer.flush()
+
+
 def write_row(*cells: object) -> None:
     """Print one line with tabs between its cells; a tab or a line break within one would begin another."""
     print(

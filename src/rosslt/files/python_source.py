@@ -191,9 +191,14 @@ class SourceText:
         literal = self.literals[index]
         return FileError(self.path, literal.line, literal.column, f'{spelling} cannot stand here')
 
+    def edit(self, start: int, end: int, new: str) -> Edit:
+        """The edit that puts another text in the place of text[start:end]."""
+        first, last = self._offset(start), self._offset(end)
+        written = new.encode('utf-8' if self._is_utf8 else self._encoding)
+        return Edit(self.path, self.digest, first, last, self.content[first:last], written)
+
     def _edit(self, index: int, spelling: str) -> Edit:
-        start, end = (self._offset(position) for position in self.literals[index][:2])
-        return Edit(self.path, self.digest, start, end, self.content[start:end], spelling.encode())
+        return self.edit(*self.literals[index][:2], spelling)
 
     def _spelled(self, index: int, value: Scalar) -> str:
         old = self.text[self.literals[index].start : self.literals[index].end]
@@ -263,8 +268,9 @@ class Followed(NamedTuple):
 def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), exactly: bool = False) -> Followed:
     """Follow the literals of a file that somebody has edited.
 
-    A literal is followed if that is certain: its line reads the same except for numbers, blanks and comments, its
-    function has as many such lines as before, and the line has the same place among them.
+    A literal is followed if that is certain: its line reads the same except for numbers, blanks and comments, and its
+    function has as many such lines as before, and the line has the same place among them; or it has more, and the
+    line is the only one with its numbers, before and now.
 
     Args:
         old, new: the file before, and now.
@@ -279,15 +285,40 @@ def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), 
         free.setdefault((line.function, line.template), set()).update(places)
     keys_before, keys_after = _lines_by_key(lines_before, free), _lines_by_key(lines_after, free)
     literals: Dict[int, int] = {}
+    kept: Set[int] = set()
     for key, before in keys_before.items():
-        after = keys_after.get(key, [])
-        if len(before) == len(after):
-            for one, other in zip(before, after):
-                pairs = zip(lines_before[one].literals, lines_after[other].literals)
-                literals.update(pair for pair, said in zip(pairs, key[2]) if said is None)
-    kept = {key for key, after in keys_after.items() if len(keys_before.get(key, ())) == len(after)}
-    changed = [line for key, after in keys_after.items() if key not in kept for line in after]
+        for one, other in _pairs(old, new, lines_before, lines_after, before, keys_after.get(key, [])):
+            kept.add(other)
+            pairs = zip(lines_before[one].literals, lines_after[other].literals)
+            literals.update(pair for pair, said in zip(pairs, key[2]) if said is None)
+    changed = [line for after in keys_after.values() for line in after if line not in kept]
     return Followed(literals, sorted(changed), bool(keys_before.keys() - keys_after.keys()))
+
+
+def _pairs(
+    old: SourceText,
+    new: SourceText,
+    lines_before: Dict[int, '_Line'],
+    lines_after: Dict[int, '_Line'],
+    before: List[int],
+    after: List[int],
+) -> List[Tuple[int, int]]:
+    """Which lines of a text are which of another, of lines that read the same but for their numbers.
+
+    If there are as many, each has its place among them. If there are more now, as rows of a list to which one was
+    added, each is the one with its numbers, if only one has them, before and now.
+    """
+    if len(before) >= len(after):
+        return list(zip(before, after)) if len(before) == len(after) else []
+    ones, others = (
+        [tuple([source.literals[index].value for index in lines[line].literals]) for line in those]
+        for source, lines, those in ((old, lines_before, before), (new, lines_after, after))
+    )
+    return [
+        (line, after[others.index(said)])
+        for line, said in zip(before, ones)
+        if ones.count(said) == 1 and others.count(said) == 1
+    ]
 
 
 class _Line(NamedTuple):
@@ -324,7 +355,7 @@ def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
     """{number, from 1: the line}, without lines that say nothing."""
     starts = [0] + [match.end() for match in NEWLINE.finditer(source.text)]
     ends = [*starts[1:], len(source.text)]
-    cut = {} if exactly else _comment_starts(source)
+    cut = {} if exactly else comment_starts(source)
     functions = [''] * len(starts) if exactly else _functions_by_line(source.tree, len(starts))
     by_line: Dict[int, List[int]] = {}
     for index, literal in enumerate(source.literals):
@@ -350,11 +381,11 @@ def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
     return found
 
 
-def _comment_starts(source: SourceText) -> Dict[int, int]:
+def comment_starts(source: SourceText) -> Dict[int, int]:
     """{line: the column, from 0, at which a comment begins in it}."""
     found = {}
     try:
-        for token in tokenize.generate_tokens(io.StringIO(source.text).readline):
+        for token in tokenize.generate_tokens(io.StringIO(source.text, newline=None).readline):
             if token.type == tokenize.COMMENT:
                 found[token.start[0]] = token.start[1]
     except (tokenize.TokenError, SyntaxError):

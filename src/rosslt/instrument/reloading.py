@@ -107,7 +107,7 @@ class _Reader:
     def _take(self, original: files.SourceText, new: files.SourceText, is_saved_here: bool) -> None:
         numbers = self._numbers(original)
         locations = self._locations(numbers)
-        result = files.followed(original, new, {*locations, *node.read_at(self._cells.path)})
+        result = node.SOURCE_FILES.followed(original, new, {*locations, *node.read_at(self._cells.path)})
         taken, refused = [], []
         try:
             taken += self._take_bounds(numbers, new, result.literals)

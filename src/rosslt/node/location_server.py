@@ -417,7 +417,7 @@ class Owner:
         self.look_at_files()
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
-            read = [location.id for location in self.locations.by_id.values() if location.value_in_code is not None]
+            read = SOURCE_FILES.places(self.locations.by_id.values())
         return srv.ListEditsResponse(
             [
                 msg.FileEdit(
@@ -427,7 +427,9 @@ class Owner:
             ],
             [location.id for location, _ in left],
             [reason for _, reason in left],
-            read,
+            [location.id for location in read],
+            [line for line, _ in read.values()],
+            [column for _, column in read.values()],
         )
 
     def reread(self, location: Location, value_in_code: Scalar, is_saved_here: bool) -> bool:

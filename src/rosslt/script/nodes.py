@@ -112,7 +112,7 @@ def _positive(name: str, default: float) -> float:
 class _Memory:
     """The names of the locations of a script, kept in a parameter: they outlive this node, and so do the ids."""
 
-    PARAMETER = '~rosslt_script'
+    PARAMETER = '~' + node.SCRIPT_TEXT
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}

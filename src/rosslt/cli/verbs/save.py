@@ -11,7 +11,7 @@ from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, write_note, write_row, write_text
+from rosslt.cli.output import is_terminal, write_diff, write_note, write_row, write_text
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -64,11 +64,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
         raise cannot_reach(master, name, str(error)) from None
     try:
         if is_diff:
-            # The bytes of the files, whatever they are encoded in, or `patch` would not know them again.
-            diff = files.unified_diff(edits).encode('utf-8', 'surrogateescape')
-            sys.stdout.flush()
-            sys.stdout.buffer.write(diff)
-            sys.stdout.buffer.flush()
+            write_diff(files.unified_diff(edits))
         else:
             files.write(edits)
             node.tell_saved(name, TIMEOUT)

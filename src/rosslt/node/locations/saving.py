@@ -38,7 +38,7 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     Raises:
         SourceUnreachable: it does not answer; the message is the reason alone.
     """
-    answer: Message = _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
+    answer = list_edits(node, timeout)
     # Its locations are asked for afterwards, so that each edit has its name, also if the node is just starting.
     listed, silent = Directory().ask([node], timeout)
     if node not in listed:
@@ -53,6 +53,15 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
 def tell_saved(node: str, timeout: float) -> None:
     """Have a node read its files just after a save, so that any later writing counts as an edit."""
     ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
+
+
+def list_edits(node: str, timeout: float) -> Message:
+    """What the service `list_edits` of a node answers.
+
+    Raises:
+        SourceUnreachable: it does not answer; the message is the reason alone.
+    """
+    return _call(node, 'list_edits', srv.ListEdits, srv.ListEditsRequest(), timeout)
 
 
 def _call(node: str, service: str, service_class: object, request: Message, timeout: float) -> Message:

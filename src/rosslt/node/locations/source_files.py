@@ -1,11 +1,15 @@
 """Finds the values of this node in its source files, and makes the edits that save changed values there."""
 
+import contextlib
 import os
-from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Any, Collection, Dict, Iterable, List, Optional, Set, Tuple
 
 from rosslt import files
 from rosslt.node.locations.location import Location, ParameterLocation
 from rosslt.node.locations.mutex import CHANGE_LOCK
+
+#: ({index of a literal in a file as it was loaded: who reads it}, the file now, {index then: index now}).
+_Present = Tuple[Dict[int, List[Location]], files.SourceText, Dict[int, int]]
 
 
 class NotWritten(Exception):
@@ -21,6 +25,8 @@ class SourceFiles:
         # Values that were about to be written: if the file has one of them, nobody else has edited it.
         self._offered: Dict[Location, Set[Any]] = {}
         self._offered_digests: Set[str] = set()
+        # {digest of what a save makes of a file: {index of a literal when it was loaded: its index there}}.
+        self._saved: Dict[str, Dict[int, int]] = {}
 
     def keep(self, path: str, content: Optional[bytes] = None) -> None:
         """Remember a file.
@@ -61,6 +67,17 @@ class SourceFiles:
             self._offered_digests.discard(digest)
             return is_saved
 
+    def followed(
+        self, original: files.SourceText, present: files.SourceText, locations: Collection[int]
+    ) -> files.Followed:
+        """`files.followed`, and what is known of the literals of a file that a save has written."""
+        result = files.followed(original, present, locations)
+        saved = self._saved.get(present.digest, {})
+        lines = {present.literals[index].line for index in saved.values()}
+        return result._replace(
+            literals={**result.literals, **saved}, lines=[line for line in result.lines if line not in lines]
+        )
+
     def edits(
         self, locations: Iterable[Location]
     ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
@@ -72,10 +89,7 @@ class SourceFiles:
         Returns:
             ([(location, edit), ...], [(changed location, why it cannot be written back), ...]).
         """
-        by_file: Dict[str, List[Location]] = {}
-        for location in locations:
-            if location.value_in_code is not None:
-                by_file.setdefault(os.path.realpath(location.site.file), []).append(location)
+        by_file = _by_file(locations)
         edits: List[Tuple[Location, files.Edit]] = []
         left: List[Tuple[Location, str]] = []
         for path, those in by_file.items():
@@ -83,7 +97,8 @@ class SourceFiles:
             if not changed:
                 continue
             try:
-                made, others = _edits_of_file(self.original(path), those, changed, self._offered)
+                now = self._present(self.original(path), those)
+                made, others = _edits_of_file(now, self.original(path), changed, self._offered)
             except files.FileError as error:
                 left += [(location, str(error)) for location in changed]
             else:
@@ -92,22 +107,53 @@ class SourceFiles:
                 for location, _ in made:
                     self._offered.setdefault(location, set()).add(location.value)
                 if made:
-                    content = files.replaced(files.read_bytes(path), [edit for _, edit in made])
-                    self._offered_digests.add(files.digest_of(content))
+                    digest = files.digest_of(files.replaced(now[1].content, [edit for _, edit in made]))
+                    self._offered_digests.add(digest)
+                    self._saved[digest] = now[2]
         return edits, left
+
+    def places(self, locations: Iterable[Location]) -> Dict[Location, Tuple[int, int]]:
+        """Where the literals of locations stand in their files now.
+
+        Args:
+            locations: all those of this node.
+
+        Returns:
+            {location that is read from a source file: (line, column)}, from 1; (0, 0) where that is not certain.
+        """
+        found: Dict[Location, Tuple[int, int]] = {}
+        for path, those in _by_file(locations).items():
+            found.update(dict.fromkeys(those, (0, 0)))
+            with contextlib.suppress(files.FileError):
+                readers, present, indices = self._present(self.original(path), those)
+                for index, after in indices.items():
+                    found.update(dict.fromkeys(readers.get(index, ()), present.literals[after][2:4]))
+        return found
+
+    def _present(self, original: files.SourceText, those: List[Location]) -> _Present:
+        readers: Dict[int, List[Location]] = {}
+        for location in those:
+            index = location.find_in(original)
+            if index is not None:
+                readers.setdefault(index, []).append(location)
+        present = files.SourceText(original.path, files.read_bytes(original.path))
+        return readers, present, self.followed(original, present, readers).literals
+
+
+def _by_file(locations: Iterable[Location]) -> Dict[str, List[Location]]:
+    """{path: those that are read from this source file}."""
+    found: Dict[str, List[Location]] = {}
+    for location in locations:
+        if location.value_in_code is not None:
+            found.setdefault(os.path.realpath(location.site.file), []).append(location)
+    return found
 
 
 def _edits_of_file(
-    original: files.SourceText, those: List[Location], changed: List[Location], offered: Dict[Location, Set[object]]
+    now: _Present, original: files.SourceText, changed: List[Location], offered: Dict[Location, Set[object]]
 ) -> Tuple[List[Tuple[Location, files.Edit]], List[Tuple[Location, str]]]:
     """Make the edits of one file, for `SourceFiles.edits`."""
-    readers: Dict[int, List[Location]] = {}
-    for location in those:
-        index = location.find_in(original)
-        if index is not None:
-            readers.setdefault(index, []).append(location)
-    present = files.SourceText(original.path, files.read_bytes(original.path))
-    indices = files.followed(original, present, readers).literals
+    readers, present, indices = now
     wanted: Dict[int, Any] = {}
     owners: Dict[int, Location] = {}
     left: List[Tuple[Location, str]] = []

@@ -1,0 +1,69 @@
+"""`rosslt row`: a row of a list, a waypoint say, duplicated, deleted or moved in its file."""
+
+import argparse
+import sys
+
+from rosslt import files, node
+from rosslt.cli.directory import cannot_reach, find_in_row
+from rosslt.cli.failure import Failure
+from rosslt.cli.master import TIMEOUT, find_master
+from rosslt.cli.output import is_terminal, write_diff, write_row
+from rosslt.cli.verb import CHANGE, Argument
+from rosslt.node import Directory
+
+GROUP = CHANGE
+SUMMARY = 'duplicate, delete or move a row of a list, as a waypoint, in its file'
+DESCRIPTION = """Duplicate, delete or move the row of a list that a location is in: an element such as (1.0, 2.0), or a
+call such as goto(1, 2, 0) among others. It must stand on lines of its own; all other bytes of the file stay. The file
+is edited as by a person with an editor: a live script runs again by itself; another node takes the row at its next
+start.
+
+A changed value that is not saved, and a parameter, are refused."""
+EXAMPLE = """\
+examples:
+  rosslt row duplicate /patrol/WAYPOINTS_2
+  rosslt row up /patrol/WAYPOINTS_2_0 --diff
+
+In a pipe it is a line of columns between tabs: NODE/LOCATION, what was done, file:line.
+"""
+ARGUMENTS = [
+    Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
+    Argument(
+        'operation', choices=files.OPERATIONS, completer='row_operations', metavar='|'.join(files.OPERATIONS), help=''
+    ),
+    Argument(
+        'location',
+        completer='locations',
+        metavar='NODE/LOCATION',
+        help='any of its numbers, as rosslt list says, or NODE#ID; or its row in a table: what the names of its '
+        'numbers begin with',
+    ),
+]
+
+
+def run(options: argparse.Namespace) -> None:
+    master, directory = find_master(), Directory()
+    place, row = find_in_row(master, directory, options.location)
+    try:
+        edits = node.row_edits(place, row, options.operation, TIMEOUT)
+        if options.diff:
+            write_diff(files.unified_diff(edits))
+            return
+        files.write(edits)
+    except node.SourceUnreachable as error:
+        raise cannot_reach(master, place.node, str(error)) from None
+    except files.FileError as error:
+        raise Failure(f'nothing is written: {error}') from None
+    where = f'{place.location.file}:{place.location.line}'
+    if is_terminal():
+        print(f'{place.name}: {options.operation}  [{where}]')
+    else:
+        write_row(place.name, options.operation, where)
+    if node.is_in_script(place):
+        print(f'rosslt row: {place.node} runs the script again', file=sys.stderr)
+    else:
+        print(
+            f'rosslt row: {place.node} takes the rows as they are now at its next start; until then its numbers are '
+            'followed where that is certain',
+            file=sys.stderr,
+        )

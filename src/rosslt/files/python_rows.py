@@ -1,0 +1,194 @@
+"""Rows in Python: elements of lists and tuples, and alike calls in neighbouring statements."""
+
+import ast
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from rosslt.files import rows
+from rosslt.files.python_literals import Positions
+from rosslt.files.python_source import Edit, SourceText, comment_starts, replaced
+
+_NONE = (
+    'no list of alike rows stands here: elements of a list, or calls of one function one below the other; '
+    'edit the file by hand'
+)
+
+
+class _Found(NamedTuple):
+    """An element of a list, or a statement of a block.
+
+    Attributes:
+        owner: the list or tuple, or what has the block.
+        siblings: the list of the syntax tree that it is in.
+        position: which of them it is.
+        first, last: the range of its rows among them.
+    """
+
+    owner: Any
+    siblings: List[Any]
+    position: int
+    first: int
+    last: int
+
+
+def python_row_edits(
+    file: str, content: bytes, line: int, column: int, operation: str, numbers: Sequence[Union[int, float]] = ()
+) -> List[Edit]:
+    """Make the edits that do something with a row of a Python file.
+
+    The row is the element of the innermost list whose elements are more than single values; if there is none, the
+    call if that has alike neighbours, else the element of a list of single values.
+
+    Args:
+        file: its path.
+        content: all of it.
+        line, column: of any place in the row; both count from 1, in characters.
+        operation: one of OPERATIONS.
+        numbers: those of a duplicate, one for each number of the row in the order of the text; empty for the same.
+
+    Raises:
+        FileError: what stands there is no row of a list of alike ones, or cannot be moved or deleted.
+        ValueError: there is no such operation, or it takes no numbers.
+    """
+    rows.check_operation(operation, numbers)
+    source = SourceText(file, content)
+    try:
+        return _edits(source, line, column, operation, numbers)
+    except (RecursionError, MemoryError):
+        raise rows.refusal(file, source.text, 0, 'it is nested too deeply') from None
+
+
+def _edits(
+    source: SourceText, line: int, column: int, operation: str, numbers: Sequence[Union[int, float]]
+) -> List[Edit]:
+    tree, positions = ast.parse(source.text), Positions(source.text)
+    found = _row_at(source, tree, line, column)
+    row = _row_of(source, positions, found)
+    changed = rows.after(row, operation)
+    rows.operate(found.siblings, found.position, operation)
+    made = SourceText(source.path, replaced(source.content, [source.edit(0, len(source.text), changed)]))
+    start, end = row.ranges[row.position]
+    if ast.dump(made.tree) != ast.dump(tree):
+        raise row.refusal('the file would not say the same otherwise; edit it by hand', start)
+    if numbers:
+        copy_start = start + len(changed) - len(source.text)
+        indices = [
+            index
+            for index, number in enumerate(made.numbers)
+            if copy_start <= number.start and number.end <= copy_start + end - start
+        ]
+        if len(indices) != len(numbers):
+            raise row.refusal(f'the row has {len(indices)} numbers, and {len(numbers)} are given', start)
+        changed = SourceText(source.path, replaced(made.content, made.edits(dict(zip(indices, numbers))))).text
+    return [source.edit(*rows.difference(source.text, changed))]
+
+
+def _row_at(source: SourceText, tree: ast.Module, line: int, column: int) -> _Found:
+    """The element of the list of rows that a place is in.
+
+    Raises:
+        FileError: there is none.
+    """
+    positions = Positions(source.text)
+    place = rows.place_of(source.text, line, column)
+    path = _path_to(tree, positions, place)
+    lists = [one for one in path if isinstance(one.owner, (ast.List, ast.Tuple))]
+    compound = [one for one in lists if not _is_single(one.siblings[one.position])]
+    statements = [_neighbours(one) for one in path if isinstance(one.siblings[one.position], ast.stmt)]
+    calls = [one for one in statements[-1:] if one is not None and one.last - one.first > 1]
+    chosen = compound[-1:] or calls or lists[-1:]
+    if not chosen:
+        raise rows.refusal(source.path, source.text, place, _NONE)
+    return chosen[0]
+
+
+def _path_to(tree: ast.AST, positions: Positions, place: int) -> List[_Found]:
+    """The members of lists of a syntax tree that a place is in, from the outside inward."""
+    path: List[_Found] = []
+    waiting: List[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        for _, field in ast.iter_fields(node):
+            members = field if isinstance(field, list) else [field]
+            for index, member in enumerate(members):
+                if not isinstance(member, ast.AST):
+                    continue
+                # What has no position, as a keyword argument in Python 3.8, has parts that have one.
+                if hasattr(member, 'lineno'):
+                    start, end = positions.range_of(member)
+                    if not start <= place < end:
+                        continue
+                    if members is field and isinstance(member, (ast.stmt, ast.expr)):
+                        path.append(_Found(node, members, index, 0, len(members)))
+                waiting.append(member)
+    return path
+
+
+def _is_single(node: ast.expr) -> bool:
+    """Return whether an element is a single value; `location(1.5)` is one."""
+    if isinstance(node, ast.Call):
+        return getattr(node.func, 'attr', getattr(node.func, 'id', '')) == 'location'
+    return not isinstance(node, (ast.List, ast.Tuple, ast.Dict))
+
+
+def _neighbours(found: _Found) -> Optional[_Found]:
+    """A statement among the statements around it that call the same with as many arguments; None if it is no call."""
+    shape = _call_of(found.siblings[found.position])
+    if shape is None:
+        return None
+    first, last = found.position, found.position + 1
+    while first > 0 and _call_of(found.siblings[first - 1]) == shape:
+        first -= 1
+    while last < len(found.siblings) and _call_of(found.siblings[last]) == shape:
+        last += 1
+    return found._replace(first=first, last=last)
+
+
+def _call_of(statement: ast.stmt) -> Optional[Tuple[object, ...]]:
+    is_call = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call)
+    return _shape(statement.value) if is_call else None  # type: ignore[attr-defined]
+
+
+def _shape(node: ast.expr) -> Tuple[object, ...]:
+    """What alike rows have in common."""
+    if isinstance(node, ast.Call):
+        return ('call', ast.dump(node.func), len(node.args), sorted(str(keyword.arg) for keyword in node.keywords))
+    if isinstance(node, (ast.List, ast.Tuple)):
+        return (type(node), len(node.elts))
+    if isinstance(node, ast.Dict):
+        return ('dict', sorted('**' if key is None else ast.dump(key) for key in node.keys))
+    if isinstance(node, ast.UnaryOp):
+        return _shape(node.operand)
+    if isinstance(node, ast.Constant):
+        return ('number' if type(node.value) in (int, float) else type(node.value),)
+    return (type(node),)
+
+
+def _row_of(source: SourceText, positions: Positions, found: _Found) -> rows.Rows:
+    """The rows of a list, with their places.
+
+    Raises:
+        FileError: its elements are not alike.
+    """
+    those = found.siblings[found.first : found.last]
+    ranges = [positions.range_of(one) for one in those]
+    comments = comment_starts(source)
+
+    def comment_at(place: int) -> int:
+        end = rows.line_end(source.text, place)
+        line = rows.line_of(source.text, place)
+        return positions.of(line, 0) + comments[line] if line in comments else end
+
+    is_list = isinstance(found.owner, (ast.List, ast.Tuple))
+    row = rows.Rows(
+        source.path,
+        source.text,
+        ranges,
+        found.position - found.first,
+        positions.range_of(found.owner)[0] + 1 if is_list else -1,
+        ',' if is_list else '',
+        isinstance(found.owner, ast.Tuple),
+        comment_at,
+    )
+    if is_list:
+        rows.check_alike(row, [_shape(one) for one in those])
+    return row

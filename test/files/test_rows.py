@@ -1,0 +1,317 @@
+"""Rows of lists duplicated, deleted and moved, and every other byte as it was."""
+
+import ast
+import random
+import re
+from collections import Counter
+
+import pytest
+import yaml
+
+from rosslt.files import FileError, inline_row_edits, python_row_edits, replaced, yaml_row_edits
+from rosslt.files.rows import operate
+
+
+def in_python(text, marked, operation, numbers=(), encoding='utf-8'):
+    """A Python text after an operation with the row in which a text stands."""
+    place = text.index(marked)
+    before = re.split(r'\r\n|\r|\n', text[:place])
+    content = text.encode(encoding)
+    edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation, numbers)
+    assert all(content[edit.start : edit.end] == edit.old for edit in edits)
+    return replaced(content, edits).decode(encoding)
+
+
+def in_yaml(text, path, operation, numbers=()):
+    """A YAML text after an operation with the row at a path."""
+    content = text.encode()
+    return replaced(content, yaml_row_edits('a.yaml', content, path, operation, numbers)).decode()
+
+
+LIST = """\
+TOUR = [  # all
+    [1.0, -2.50],  # the dock, ä
+
+    # then
+    [3.0,
+     4.0]  # the door
+]
+"""
+
+
+@pytest.mark.parametrize(
+    ('operation', 'marked', 'old', 'new'),
+    [
+        ('duplicate', '1.0', '    [1.0, -2.50],  # the dock, ä\n', '    [1.0, -2.50],  # the dock, ä\n' * 2),
+        ('delete', '-2', '    [1.0, -2.50],  # the dock, ä\n', ''),
+        ('duplicate', '4.0', ' 4.0]  # the door\n', ' 4.0],  # the door\n    [3.0,\n     4.0]  # the door\n'),
+        ('delete', '3.0', LIST[8:-2], '  # all\n    [1.0, -2.50]  # the dock, ä\n\n    # then\n'),
+        (
+            'down',
+            '1.0',
+            LIST[8:-2],
+            '  # all\n    [3.0,\n     4.0],  # the door\n\n    # then\n    [1.0, -2.50]  # the dock, ä\n',
+        ),
+    ],
+)
+def test_a_row_goes_with_its_comment_and_all_else_stays(operation, marked, old, new):
+    expected = LIST.replace(old, new)
+    assert expected != LIST
+    assert in_python(LIST, marked, operation) == expected
+    if operation == 'down':
+        assert in_python(LIST, '3.0', 'up') == expected
+    for ending in ('\r\n', '\r'):
+        assert in_python(LIST.replace('\n', ending), marked, operation) == expected.replace('\n', ending)
+    tabs = LIST.replace('    ', '\t')
+    assert in_python(tabs, marked, operation) == expected.replace('    ', '\t')
+    for encoding in ('latin-1', 'utf-8-sig'):
+        declared = f'# coding: {encoding}\n'
+        assert in_python(declared + LIST, marked, operation, (), encoding) == declared + expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'marked', 'operation', 'expected'),
+    [
+        ('A = [(1, 2),  # a\n     (3, 4)]  # b\n', '1', 'down', 'A = [(3, 4),  # b\n     (1, 2)]  # a\n'),
+        ('A = [(1, 2),  # a\n     (3, 4)]  # b\n', '1', 'delete', 'A = [(3, 4)]  # b\n'),
+        ('A = [(1, 2),  # a\n     (3, 4)]  # b\n', '3', 'delete', 'A = [(1, 2)]  # a\n'),
+        ('A = [(1, 2)]\n', '1', 'duplicate', 'A = [(1, 2),\n     (1, 2)]\n'),
+        ('A = [(1, 2),\n\n # b\n (3, 4)]\n', '1', 'delete', 'A = [\n\n # b\n (3, 4)]\n'),
+        ('A = [(1, 2),\n # b\n (3, 4)]\n', '3', 'delete', 'A = [(1, 2),\n # b\n ]\n'),
+        ('A = (\n (1, 2),\n (3, 4)\n)\n', '3', 'delete', 'A = (\n (1, 2),\n)\n'),
+        ('A = (\n 1,\n 2)\n', '1', 'delete', 'A = (\n 2,)\n'),
+        ('A = (\n (1, 2),\n)\n', '1', 'duplicate', 'A = (\n (1, 2),\n (1, 2),\n)\n'),
+        ('A = ((1, 2),)\n', '1', 'duplicate', 'A = ((1, 2),\n     (1, 2),)\n'),
+        ('A = [\n 3.0,\n 4.0\n]\n', '3', 'down', 'A = [\n 4.0,\n 3.0\n]\n'),
+        ('A = [\n -1,  # ]\n 4,\n]\n', '-', 'delete', 'A = [\n 4,\n]\n'),
+        ("A = [\n {'x': 1, 'y': 2},\n {'y': 3, 'x': 4},\n]\n", '1', 'delete', "A = [\n {'y': 3, 'x': 4},\n]\n"),
+        ('A = f([\n P(x=1.0, y=[2]),\n P(y=[3], x=4)])\n', '2', 'delete', 'A = f([\n P(y=[3], x=4)])\n'),
+        ('A = [\n [\n  1,\n  2,\n ],\n [\n  3,\n  4,\n ],\n]\n', '2', 'delete', 'A = [\n [\n  3,\n  4,\n ],\n]\n'),
+        (
+            'A = [\n [location(1.0), location(2.0)],\n [3, 4],\n]\n',
+            '2',
+            'down',
+            'A = [\n [3, 4],\n [location(1.0), location(2.0)],\n]\n',
+        ),
+        ('goto(1, 2)\n# x\ngoto(3, 4)  # c', '1', 'down', 'goto(3, 4)  # c\n# x\ngoto(1, 2)'),
+        ('goto(1, 2)\n# x\ngoto(3, 4)  # c', '3', 'delete', 'goto(1, 2)\n# x'),
+        ('goto(1, 2)\r\ngoto(3, 4)', '3', 'duplicate', 'goto(1, 2)\r\ngoto(3, 4)\r\ngoto(3, 4)'),
+        ('goto(1, 2)\r\ngoto(3, 4)', '3', 'delete', 'goto(1, 2)'),
+        ('if a:\n  go([1, 2])\n  go([3, 4])\nwait(1)\n', '3', 'up', 'if a:\n  go([3, 4])\n  go([1, 2])\nwait(1)\n'),
+        ('go(x=1)\ngo(x=2)\ngo(y=2)\n', '2', 'up', 'go(x=2)\ngo(x=1)\ngo(y=2)\n'),
+        ('go("""\n a""", 1)\ngo("b", 2)', '2', 'up', 'go("b", 2)\ngo("""\n a""", 1)'),
+    ],
+)
+def test_rows_of_many_layouts(text, marked, operation, expected):
+    assert in_python(text, marked, operation) == expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'marked', 'operation', 'refusal'),
+    [
+        ('A = [\n [1, 2], [3, 4],\n]\n', '3', 'delete', 'a.py:2:10: two rows of its list stand on one line'),
+        ('A = [\n [1, 2],\n [3, 4, 5],\n]\n', '1', 'up', 'a.py:2:2: it is no row .* element 1, in line 3, is of an'),
+        ("A = [\n {'x': 1},\n {'y': 1},\n]\n", '1', 'down', 'a.py:2:2: it is no row of a list of alike ones'),
+        ('A = [\n P(1),\n Q(1),\n]\n', '1', 'down', 'a.py:2:2: it is no row of a list of alike ones'),
+        ('A = [\n (1),\n 2,\n]\n', '1', 'down', 'a.py:2:3: something else stands in front of the row'),
+        ('A = [\n (1, 2)\n , (3, 4)\n]\n', '1', 'down', 'a.py:3:4: something else stands in front of the row'),
+        ('go(1); go(2)\n', '2', 'up', 'a.py:1:8: two rows of its list stand on one line'),
+        ('go(1)\ngo(2); wait()\n', '1', 'delete', 'a.py:2:6: something else stands behind the row'),
+        ('A = [\n [1, 2],\n]\n', '1', 'delete', 'a.py:2:2: it is the only row of its list'),
+        ('A = [\n [1, 2],\n [1, 3],\n]\n', '1', 'up', 'a.py:2:2: it is the first row of its list'),
+        ('A = [\n [1, 2],\n [1, 3],\n]\n', '3', 'down', 'a.py:3:2: it is the last row of its list'),
+        ('x = 1\nwait(2)\n', '2', 'up', 'a.py:2:6: no list of alike rows stands here'),
+        ('x = (\n', 'x', 'up', 'a.py:1:.*never closed|EOF'),
+    ],
+)
+def test_what_is_no_row_is_refused_with_its_place(text, marked, operation, refusal):
+    with pytest.raises(FileError, match=refusal):
+        in_python(text, marked, operation)
+
+
+def test_a_duplicate_has_other_numbers_in_the_manner_of_its_row():
+    text = "A = [\n (1.50, -2, 'ä 7'),  # 1.50\n (3, 4, 'b')\n]\n"
+    expected = text.replace(" (3, 4, 'b')", " (2.50, 5, 'ä 7'),  # 1.50\n (3, 4, 'b')")
+    assert in_python(text, '1.5', 'duplicate', [2.5, 5]) == expected
+    assert in_yaml('- {x: 1.50, y: 2}\n', [0], 'duplicate', [2.5, -3]) == '- {x: 1.50, y: 2}\n- {x: 2.50, y: -3}\n'
+    with pytest.raises(FileError, match=r'a\.py:2:2: the row has 2 numbers, and 1 are given'):
+        in_python(text, '1.5', 'duplicate', [2.5])
+    with pytest.raises(FileError, match=r'a\.yaml:1:1: the row has 1 numbers, and 2 are given'):
+        in_yaml('- [1]\n', [0], 'duplicate', [2.5, 1])
+    with pytest.raises(ValueError, match='delete takes no numbers'):
+        in_python(text, '1.5', 'delete', [2.5, 5])
+    with pytest.raises(ValueError, match="'left' is none of duplicate, "):
+        in_python(text, '1.5', 'left')
+
+
+BLOCK = 'w:\n- x: 1.0\n  y: 2.0  # ä\n# k\n\n-   x: 3.0\n    y: [4.0,\n        5]\n\n# end\nz: 1\n'
+FIRST, SECOND = '- x: 1.0\n  y: 2.0  # ä\n', '-   x: 3.0\n    y: [4.0,\n        5]\n'
+
+
+@pytest.mark.parametrize(
+    ('text', 'path', 'operation', 'expected'),
+    [
+        (BLOCK, ['w', 0, 'x'], 'duplicate', BLOCK.replace(FIRST, FIRST * 2)),
+        (BLOCK, ['w', 0], 'delete', BLOCK.replace(FIRST, '')),
+        (BLOCK, ['w', 1], 'delete', BLOCK.replace(SECOND, '')),
+        (BLOCK, ['w', 1, 'y', 0], 'up', f'w:\n{SECOND}# k\n\n{FIRST}\n# end\nz: 1\n'),
+        ('- - [1, 2]\n  - [3, 4]\n- - [5, 6]', [0, 0, 1], 'delete', '- - [3, 4]\n- - [5, 6]'),
+        (
+            '- - [1, 2]\n  - [3, 4]\n- - [5, 6]',
+            [1, 0, 1],
+            'duplicate',
+            '- - [1, 2]\n  - [3, 4]\n- - [5, 6]\n  - [5, 6]',
+        ),
+        ('a: [[1, 2], # a\n [3, 4]] # b\n', ['a', 0, 1], 'down', 'a: [[3, 4], # b\n [1, 2]] # a\n'),
+        ('a: [\n  1.5,\n  2\n]\n', ['a', 1], 'delete', 'a: [\n  1.5\n]\n'),
+        ('- 1\r\n- 2.5', [1], 'duplicate', '- 1\r\n- 2.5\r\n- 2.5'),
+        ('-\n- \n', [1], 'up', '- \n-\n'),
+        ('\ufeff- 1\n- 2\n', [1], 'up', '\ufeff- 2\n- 1\n'),
+    ],
+)
+def test_items_of_yaml(text, path, operation, expected):
+    assert in_yaml(text, path, operation) == expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'path', 'operation', 'refusal'),
+    [
+        ('a:\n- &x [1]\n- [2]\n', ['a', 0], 'up', 'a.yaml:2:3: an anchor or an alias stands in the row'),
+        ('a: &x 1\nb:\n- [*x]\n- [2]\n', ['b', 0, 0], 'down', 'a.yaml:3:4: an anchor or an alias stands in the row'),
+        ('- {x: 1}\n- {y: 1}\n', [0], 'down', 'a.yaml:1:1: it is no row of a list of alike ones: element 1, in line 2'),
+        ('- [1]\n- [1, 2]\n', [0], 'down', 'it is no row of a list of alike ones'),
+        ('- 1\n- a\n', [0], 'down', 'it is no row of a list of alike ones'),
+        ('[[1, 2], [3, 4]]\n', [0], 'down', 'a.yaml:1:10: two rows of its list stand on one line'),
+        ('- [1]\n', [0], 'delete', 'a.yaml:1:1: it is the only row of its list'),
+        ('- |\n  a\n- b\n', [0], 'down', 'a.yaml:1:3: a text in a block of lines stands in the row'),
+        ('a: 1\n', ['a'], 'up', 'a.yaml:1:4: no list of alike rows stands here'),
+        ('a: 1\n', ['b'], 'up', 'a.yaml: the file has no b any more'),
+        ('[[1],\n [2]], "#"\n', [1], 'up', 'a.yaml: it cannot be read'),
+        ('{a: [[1],\n [2]], b: 2}\n', ['a', 1], 'up', 'a.yaml:2:5: something else stands behind the list'),
+    ],
+)
+def test_what_is_no_row_of_yaml_is_refused_with_its_place(text, path, operation, refusal):
+    with pytest.raises(FileError, match=refusal):
+        in_yaml(text, path, operation)
+
+
+def test_rows_of_yaml_in_a_launch_file():
+    text = '<launch>\n  <rosparam>a: 1</rosparam>\n  <rosparam>\n    w:\n    - [1, 2]\n    - [3, 4]\n'
+    text += '  </rosparam>\n</launch>\n'
+
+    def done(*arguments):
+        return replaced(text.encode(), inline_row_edits('a.launch', text.encode(), *arguments)).decode()
+
+    swapped = text.replace('[1, 2]', '[5]').replace('[3, 4]', '[1, 2]').replace('[5]', '[3, 4]')
+    assert done(1, 2, ['w', 1], 'up') == swapped
+    with pytest.raises(FileError, match=r'a\.launch:5:5: it is the first row of its list'):
+        done(1, 2, ['w', 0], 'up')
+    with pytest.raises(FileError, match='not certain which <rosparam>'):
+        done(0, 1, ['w', 0], 'up')
+
+
+class Text:
+    """A text of a random layout with a list of rows in it, and how its rows are found and read."""
+
+    def __init__(self, chance):
+        self.chance = chance
+        self.newline = chance.choice(['\n', '\r\n'])
+        self.kind = chance.choice(['list', 'tuple', 'script', 'block', 'flow'])
+        self.shape = chance.choice(['list', 'map', 'scalar'] if self.kind != 'script' else ['list', 'scalar'])
+        self.is_yaml = self.kind in ('block', 'flow')
+        indentation = '' if self.kind == 'script' else chance.choice(['  ', '      '] if self.is_yaml else ['  ', '\t'])
+        rows = [self.row(number, indentation) for number in range(chance.randint(2 if self.kind == 'script' else 1, 5))]
+        opening = {'list': 'A = [', 'tuple': 'A = (', 'script': 'begin()', 'block': 'A:', 'flow': 'A: ['}[self.kind]
+        closing = {'list': ']', 'tuple': ')', 'script': 'end()', 'block': '', 'flow': ' ]'}[self.kind]
+        lines = ['# ä', opening]
+        self.is_last_bare = chance.random() < 0.5 and len(rows) > 1
+        for number, row in enumerate(rows):
+            lines += [''] * (chance.random() < 0.2) + [indentation + '# between'] * (chance.random() < 0.2)
+            has_comma = self.kind in ('list', 'tuple', 'flow') and not (self.is_last_bare and number == len(rows) - 1)
+            comment = chance.choice(['', '', f'  # row, {number}', ' '])
+            lines.append(indentation + row + ',' * has_comma + comment)
+        lines += [closing] * bool(closing)
+        self.text = self.newline.join(lines) + self.newline * (chance.random() < 0.8)
+
+    def number(self):
+        return self.chance.choice(['1.50', '-2', '1.0e-3', '0.25', '7']) + self.chance.choice(['', '1'])
+
+    def row(self, number, indentation):
+        mark, one, other = f'1000{number}', self.number(), self.number()
+        if self.kind == 'script':
+            return f'goto({mark}, {one}, x={other})' if self.shape == 'list' else f'goto({mark})'
+        dash, quote = ('- ' if self.kind == 'block' else ''), '' if self.is_yaml else "'"
+        below = self.newline + indentation + '  '
+        gap = self.chance.choice([' ', ' ', below])
+        if self.shape == 'scalar':
+            return dash + mark
+        if self.shape == 'list':
+            return f'{dash}[{mark},{gap}{one}, "ä"]'
+        if self.kind == 'block' and self.chance.random() < 0.5:
+            return f'{dash}x: {mark}{below}y: {one}'
+        return f'{dash}{{{quote}x{quote}: {mark},{gap}{quote}y{quote}: {other}}}'
+
+    def read(self, text):
+        """(the list, all else that the text says)."""
+        if self.is_yaml:
+            found = yaml.safe_load(text)
+            return found.pop('A'), found
+        tree = ast.parse(text)
+        if self.kind == 'script':
+            return [ast.unparse(one) for one in tree.body[1:-1]], [
+                ast.unparse(tree.body[0]),
+                ast.unparse(tree.body[-1]),
+            ]
+        (assigned,) = tree.body
+        return list(ast.literal_eval(assigned.value)), type(assigned.value)
+
+    def after(self, text, index, operation):
+        """The text after an operation with a row."""
+        if self.is_yaml:
+            return in_yaml(text, ['A', index], operation)
+        tree = ast.parse(text)
+        those = tree.body[1:-1] if self.kind == 'script' else tree.body[0].value.elts
+        lines = text.replace('\r\n', '\n').split('\n')
+        content = text.encode()
+        column = len(lines[those[index].lineno - 1].encode()[: those[index].col_offset].decode()) + 2
+        return replaced(content, python_row_edits('a.py', content, those[index].lineno, column, operation)).decode()
+
+
+def other_lines(text):
+    """The lines of a text that belong to no row."""
+    return [line for line in re.split(r'\r?\n', text) if re.match(r'\s*(#|$|A\b|\]|\)|begin|end)', line)]
+
+
+def lines_but_commas(text):
+    """How often a text has each line, but for the comma that ends the last row or does not."""
+    return Counter(re.sub(r',(?=\s*(#|$))', '', line) for line in re.split(r'\r?\n', text))
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_random_operations_do_what_they_do_with_a_list(seed):
+    chance = random.Random(seed)
+    for _ in range(50):
+        layout = Text(chance)
+        text = layout.text
+        rows, rest = layout.read(text)
+        index, operation = chance.randrange(len(rows)), chance.choice(['duplicate', 'delete', 'up', 'down'])
+        refused = {'up': index == 0, 'down': index == len(rows) - 1, 'delete': len(rows) == 1}.get(operation, False)
+        if refused:
+            with pytest.raises(FileError, match=r'it is the (first|last|only) row'):
+                layout.after(text, index, operation)
+            continue
+        print(text, index, operation)  # shown where the test fails
+        made = layout.after(text, index, operation)
+        expected = list(rows)
+        operate(expected, index, operation)
+        assert layout.read(made) == (expected, rest), made
+        assert other_lines(made) == other_lines(text), made
+        assert operation == 'delete' or made.endswith('\n') == text.endswith('\n')
+        assert ('\r' in made) == ('\r' in text)
+        if operation == 'duplicate':
+            assert layout.after(made, index, 'delete') == layout.after(made, index + 1, 'delete') == text
+        elif operation in ('up', 'down'):
+            back = ('down', index - 1) if operation == 'up' else ('up', index + 1)
+            assert layout.after(made, back[1], back[0]) == text
+        else:
+            assert not lines_but_commas(made) - lines_but_commas(text), made
