@@ -347,8 +347,8 @@ FAULTS = [
     Fault(
         'save_that_writes_what_is_only_to_be_shown',
         'cli/verbs/save.py',
-        '            sys.stdout.buffer.flush()\n        else:\n            files.write(edits)',
-        '            sys.stdout.buffer.flush()\n        files.write(edits)',
+        '            write_diff(files.unified_diff(edits))\n        else:\n            files.write(edits)',
+        '            write_diff(files.unified_diff(edits))\n        files.write(edits)',
         ('test/instrument/test_saving.py',),
     ),
     Fault(

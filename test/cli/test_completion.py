@@ -60,6 +60,8 @@ def completions(line):
         ('rosslt force /gate/pose/position/', [f'/gate/pose/position/{axis} ' for axis in 'xyz']),
         ('rosslt force /gate/pose/position/x 5 --source /talker/ra', ['/talker/radius ']),
         ('rosslt save /r', ['/relay ']),
+        ('rosslt row d', ['duplicate ', 'delete ', 'down ']),
+        ('rosslt row up /r', ['/relay/']),
     ],
 )
 def test_what_may_stand_there_is_offered(nodes, line, expected):

@@ -24,7 +24,8 @@ examples:
   rosslt row duplicate /patrol/WAYPOINTS_2
   rosslt row up /patrol/WAYPOINTS_2_0 --diff
 
-In a pipe it is a line of columns between tabs: NODE/LOCATION, what was done, file:line.
+In a pipe it is a line of columns between tabs: NODE/LOCATION, what was done, file:line as the node has
+read it.
 """
 ARGUMENTS = [
     Argument('--diff', action='store_true', help='print what would be written as a unified diff, and write nothing'),
