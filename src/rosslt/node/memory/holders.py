@@ -2,27 +2,28 @@
 `itertools.cycle(WAYPOINTS)`, a `queue.Queue` of goals, the results of `functools.lru_cache`.
 """
 
+import collections
 import functools
 import gc
+import itertools
+import queue
 import sys
 import types
 from typing import Any, Collection, List, Set
 
 from rosslt import values
 
-#: Objects of these classes are not looked into: each leads to all others.
-_BORDERS = (
-    *(type, types.ModuleType, types.FunctionType, types.CodeType, types.FrameType),
-    *(types.BuiltinFunctionType, types.MethodWrapperType),
-)
-#: Nor those of these packages: what they hold is not the node's own, or follows.
-_PACKAGES = ('dataclasses', 'genpy', 'logging', 'rospy', 'rosslt', 'threading')
-
 _CACHED = type(functools.lru_cache(maxsize=None)(len))
 """The class of functions that keep their results: they have the name of what they were made of."""
 
-_HAS_REFERENCES = 1 << 14
-"""The flag `Py_TPFLAGS_HAVE_GC` of a class."""
+_ITERATORS = (
+    *(itertools.cycle, itertools.chain, itertools.islice, enumerate, filter, map, reversed, zip),
+    *map(type, (iter([]), iter(()), iter(set()))),
+)
+_HOLDING = (*_ITERATORS, _CACHED, types.MappingProxyType, set, frozenset, queue.Queue)
+"""The classes that are known to hold what a node puts there. Any other object may lead to all that there is."""
+
+_CONTAINERS = (list, tuple, dict, collections.deque)
 
 _REFERENCES = 2
 """How many references there are to an object that only its Holder has: the Holder's, and that of who counts."""
@@ -31,9 +32,8 @@ _module_of: Any = vars(type)['__module__'].__get__
 
 
 def is_foreign(kind: type) -> bool:
-    """Return whether the objects of a class, which is not the node's own, may hold something of it."""
-    is_holding = bool(kind.__flags__ & _HAS_REFERENCES)
-    return is_holding and not issubclass(kind, _BORDERS) and str(_module_of(kind)).partition('.')[0] not in _PACKAGES
+    """Return whether the objects of a class, which is not the node's own, are known to hold what a node puts there."""
+    return issubclass(kind, _HOLDING)
 
 
 class Holder:
@@ -82,6 +82,6 @@ def _held_in(thing: object, following: Set[int]) -> List[Any]:
             seen.add(id(one))
             if id(type(one)) in tracked:
                 found.append(one)
-            elif is_foreign(type(one)):
+            elif isinstance(one, (*_HOLDING, *_CONTAINERS)) or type(one).__module__ == 'functools':
                 waiting += gc.get_referents(one)
     return found
