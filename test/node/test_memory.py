@@ -307,8 +307,8 @@ def test_what_many_locations_came_to_is_looked_at_once(node, monkeypatch):
     node.memory.begin()
     looks, held = [], remembered._held
     monkeypatch.setattr(remembered, '_held', lambda slot: looks.append(slot.key) or held(slot))
-    late = report.why_at_next_start(made)
-    assert {one.name: why.split(',')[0] for one, why in late.items()} == {'x_0': 'takes effect at the next start'}
+    told = {one.name: one.at_next_start.split(',')[0] for one in report.all_described(made, lambda name: '')}
+    assert {name: why for name, why in told.items() if why} == {'x_0': 'takes effect at the next start'}
     assert len(looks) == 1
 
 
