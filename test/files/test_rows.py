@@ -11,12 +11,12 @@ from rosslt.files import FileError, python_row_edits, replaced
 from rosslt.files.rows import operate
 
 
-def in_python(text, marked, operation, numbers=(), encoding='utf-8'):
+def in_python(text, marked, operation, encoding='utf-8'):
     """A Python text after an operation with the row in which a text stands."""
     place = text.index(marked)
     before = re.split(r'\r\n|\r|\n', text[:place])
     content = text.encode(encoding)
-    edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation, numbers)
+    edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation)
     assert all(content[edit.start : edit.end] == edit.old for edit in edits)
     return replaced(content, edits).decode(encoding)
 
@@ -59,7 +59,7 @@ def test_a_row_goes_with_its_comment_and_all_else_stays(operation, marked, old, 
     assert in_python(tabs, marked, operation) == expected.replace('    ', '\t')
     for encoding in ('latin-1', 'utf-8-sig'):
         declared = f'# coding: {encoding}\n'
-        assert in_python(declared + LIST, marked, operation, (), encoding) == declared + expected
+        assert in_python(declared + LIST, marked, operation, encoding) == declared + expected
 
 
 @pytest.mark.parametrize(
@@ -122,16 +122,9 @@ def test_what_is_no_row_is_refused_with_its_place(text, marked, operation, refus
         in_python(text, marked, operation)
 
 
-def test_a_duplicate_has_other_numbers_in_the_manner_of_its_row():
-    text = "A = [\n (1.50, -2, 'ä 7'),  # 1.50\n (3, 4, 'b')\n]\n"
-    expected = text.replace(" (3, 4, 'b')", " (2.50, 5, 'ä 7'),  # 1.50\n (3, 4, 'b')")
-    assert in_python(text, '1.5', 'duplicate', [2.5, 5]) == expected
-    with pytest.raises(FileError, match=r'a\.py:2:2: the row has 2 numbers, and 1 are given'):
-        in_python(text, '1.5', 'duplicate', [2.5])
-    with pytest.raises(ValueError, match='delete takes no numbers'):
-        in_python(text, '1.5', 'delete', [2.5, 5])
+def test_an_operation_that_is_none_is_refused():
     with pytest.raises(ValueError, match="'left' is none of duplicate, "):
-        in_python(text, '1.5', 'left')
+        in_python(LIST, '1.0', 'left')
 
 
 class Text:

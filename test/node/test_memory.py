@@ -1,8 +1,10 @@
 """The memory of a node: what it notes, by which means, and what a change sets."""
 
 import collections
+import functools
 import gc
 import itertools
+import queue
 import sys
 import threading
 import types
@@ -310,6 +312,37 @@ def test_what_many_locations_came_to_is_looked_at_once(node, monkeypatch):
     told = {one.name: one.at_next_start.split(',')[0] for one in report.all_described(made, lambda name: '')}
     assert {name: why for name, why in told.items() if why} == {'x_0': 'takes effect at the next start'}
     assert len(looks) == 1
+
+
+def test_what_is_not_the_nodes_own_is_named_while_it_holds_a_number(node):
+    class Spy:
+        @property
+        def __class__(self):
+            raise AssertionError('it was asked for its class')
+
+    @functools.lru_cache(maxsize=4)
+    def limit():
+        return node.speed() * 2.0
+
+    kept = Thing()
+    number = node.speed()
+    kept.stops = itertools.cycle([(number, 1.0), Spy()])
+    kept.todo = queue.Queue()
+    kept.limit = limit
+    kept.lists = itertools.cycle([[node.speed()]])
+    kept.own = [number]
+    next(kept.stops)
+    limit()
+    node.memory.begin()
+    kept.todo.put(node.speed())  # on its way through
+
+    def held():
+        return sorted(node.memory.holders_of([node.source]).get(node.source, []))
+
+    assert held() == ['limit (functools.lru_cache_wrapper)', 'lists (itertools.cycle)', 'stops (itertools.cycle)']
+    del kept.stops
+    limit.cache_clear()
+    assert held() == ['lists (itertools.cycle)']
 
 
 @pytest.mark.skipif(not values.KEEPS_LOCALS, reason='needs the compiled core')

@@ -1,7 +1,7 @@
 """Rows in Python: elements of lists and tuples, and alike calls in neighbouring statements."""
 
 import ast
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 from rosslt.files import rows
 from rosslt.files.python_literals import Positions
@@ -30,9 +30,7 @@ class _Found(NamedTuple):
     last: int
 
 
-def python_row_edits(
-    file: str, content: bytes, line: int, column: int, operation: str, numbers: Sequence[Union[int, float]] = ()
-) -> List[Edit]:
+def python_row_edits(file: str, content: bytes, line: int, column: int, operation: str) -> List[Edit]:
     """Make the edits that do something with a row of a Python file.
 
     The row is the element of the innermost list whose elements are more than single values; if there is none, the
@@ -43,42 +41,29 @@ def python_row_edits(
         content: all of it.
         line, column: of any place in the row; both count from 1, in characters.
         operation: one of OPERATIONS.
-        numbers: those of a duplicate, one for each number of the row in the order of the text; empty for the same.
 
     Raises:
         FileError: what stands there is no row of a list of alike ones, or cannot be moved or deleted.
-        ValueError: there is no such operation, or it takes no numbers.
+        ValueError: there is no such operation.
     """
-    rows.check_operation(operation, numbers)
+    rows.check_operation(operation)
     source = SourceText(file, content)
     try:
-        return _edits(source, line, column, operation, numbers)
+        return _edits(source, line, column, operation)
     except (RecursionError, MemoryError):
         raise rows.refusal(file, source.text, 0, 'it is nested too deeply') from None
 
 
-def _edits(
-    source: SourceText, line: int, column: int, operation: str, numbers: Sequence[Union[int, float]]
-) -> List[Edit]:
+def _edits(source: SourceText, line: int, column: int, operation: str) -> List[Edit]:
     tree, positions = ast.parse(source.text), Positions(source.text)
     found = _row_at(source, tree, line, column)
     row = _row_of(source, positions, found)
     changed = rows.after(row, operation)
     rows.operate(found.siblings, found.position, operation)
     made = SourceText(source.path, replaced(source.content, [source.edit(0, len(source.text), changed)]))
-    start, end = row.ranges[row.position]
+    start = row.ranges[row.position][0]
     if ast.dump(made.tree) != ast.dump(tree):
         raise row.refusal('the file would not say the same otherwise; edit it by hand', start)
-    if numbers:
-        copy_start = start + len(changed) - len(source.text)
-        indices = [
-            index
-            for index, number in enumerate(made.numbers)
-            if copy_start <= number.start and number.end <= copy_start + end - start
-        ]
-        if len(indices) != len(numbers):
-            raise row.refusal(f'the row has {len(indices)} numbers, and {len(numbers)} are given', start)
-        changed = SourceText(source.path, replaced(made.content, made.edits(dict(zip(indices, numbers))))).text
     return [source.edit(*rows.difference(source.text, changed))]
 
 

@@ -303,7 +303,7 @@ def _pairs(
     before: List[int],
     after: List[int],
 ) -> List[Tuple[int, int]]:
-    """Which lines of a text are which of another, of lines that read the same but for their numbers.
+    """Pair lines of a text with those of another that read the same but for their numbers.
 
     If there are as many, each has its place among them. If there are more now, as rows of a list to which one was
     added, each is the one with its numbers, if only one has them, before and now.

@@ -101,12 +101,10 @@ def line_end(text: str, place: int) -> int:
     return found.start() if found else len(text)
 
 
-def check_operation(operation: str, numbers: Sequence[object]) -> None:
-    """Raise ValueError unless it is one of OPERATIONS, and numbers are given for a duplicate alone."""
+def check_operation(operation: str) -> None:
+    """Raise ValueError unless it is one of OPERATIONS."""
     if operation not in OPERATIONS:
         raise ValueError(f'{operation!r} is none of {", ".join(OPERATIONS)}')
-    if numbers and operation != DUPLICATE:
-        raise ValueError(f'{operation} takes no numbers')
 
 
 def operate(elements: List[_Element], index: int, operation: str) -> None:
@@ -173,7 +171,7 @@ def _found(rows: Rows) -> List[Row]:
 
 
 def _indentation(text: str, place: int) -> str:
-    """What stands in front of a place on its line."""
+    """Return the part of a line in front of a place."""
     return text[line_start(text, place) : place]
 
 

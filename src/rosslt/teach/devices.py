@@ -106,7 +106,7 @@ class Device:
         self._options = options
 
     def read(self, message: genpy.Message) -> Optional[genpy.Message]:
-        """What a message of the topic says; None if it says nothing new of the device."""
+        """Read a message of the topic; None if it says nothing new of the device."""
         return message
 
     def holds(self, message: genpy.Message) -> bool:
@@ -150,7 +150,7 @@ class Joystick(Device):
         return [message.axes[axis] for axis in axes]
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
-        """What the deflections count, times the speeds and the time."""
+        """Multiply what the deflections count by the speeds and the time."""
         x, y, z, *turn = map(self._counted, self.numbers(now))
         roll, pitch, yaw = turn or STILL
         return Step(
@@ -159,7 +159,7 @@ class Joystick(Device):
         )
 
     def _counted(self, deflection: float) -> float:
-        """What a deflection counts: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
+        """Count a deflection: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
         beyond = math.copysign(max(abs(deflection) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE), deflection)
         return (1.0 - self._options.expo) * beyond + self._options.expo * beyond**3
 

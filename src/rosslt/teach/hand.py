@@ -140,7 +140,7 @@ class Hand:
         return Step((x, y, z), (roll, pitch, yaw))
 
     def _snapped(self, axes: Sequence[Vector]) -> Vector:
-        """Where the thing is wanted: multiples, in coordinates that may change without the others."""
+        """Return where the thing is wanted, as multiples in coordinates that may change without the others."""
         snap = self._options.snap
         x, y, z = (
             round(one / snap) * snap

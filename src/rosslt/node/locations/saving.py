@@ -56,7 +56,7 @@ def tell_saved(node: str, timeout: float) -> None:
 
 
 def list_edits(node: str, timeout: float) -> Message:
-    """What the service `list_edits` of a node answers.
+    """Ask a node by its service `list_edits`.
 
     Raises:
         SourceUnreachable: it does not answer; the message is the reason alone.

@@ -113,7 +113,7 @@ class SourceFiles:
         return edits, left
 
     def places(self, locations: Iterable[Location]) -> Dict[Location, Tuple[int, int]]:
-        """Where the literals of locations stand in their files now.
+        """Find the literals of locations in their files as these are now.
 
         Args:
             locations: all those of this node.

@@ -16,6 +16,15 @@ from rosslt import values
 _CACHED = type(functools.lru_cache(maxsize=None)(len))
 """The class of functions that keep their results: they have the name of what they were made of."""
 
+
+def _links_of_results() -> List[type]:
+    """The class of what a cached function of limited size keeps a result in."""
+    cached = functools.lru_cache(maxsize=2)(len)
+    cached('')
+    kept = [one for one in gc.get_referents(cached) if type(one) is dict]
+    return [type(link) for one in kept for link in one.values() if type(link).__module__ == 'functools']
+
+
 _ITERATORS = (
     *(itertools.cycle, itertools.chain, itertools.islice, enumerate, filter, map, reversed, zip),
     *map(type, (iter([]), iter(()), iter(set()))),
@@ -23,7 +32,7 @@ _ITERATORS = (
 _HOLDING = (*_ITERATORS, _CACHED, types.MappingProxyType, set, frozenset, queue.Queue)
 """The classes that are known to hold what a node puts there. Any other object may lead to all that there is."""
 
-_CONTAINERS = (list, tuple, dict, collections.deque)
+_LOOKED_INTO = (*_HOLDING, list, tuple, dict, collections.deque, *_links_of_results())
 
 _REFERENCES = 2
 """How many references there are to an object that only its Holder has: the Holder's, and that of who counts."""
@@ -52,7 +61,7 @@ class Holder:
         kind = type(thing)
         module = str(_module_of(kind))
         called = kind.__name__.lstrip('_') if module == 'builtins' else f'{module}.{kind.__name__.lstrip("_")}'
-        if isinstance(thing, _CACHED):
+        if kind is _CACHED:
             name = name or str(getattr(thing, '__name__', ''))
         self.text = f'{name} ({called})' if name else called
 
@@ -60,7 +69,7 @@ class Holder:
     def is_made_of_numbers(self) -> bool:
         """True if it holds tracked numbers, or gets at some, or keeps what a function returns: what is only on its way
         through it later, as in a queue of messages, does not count."""
-        return isinstance(self._thing, _CACHED) or bool(_held_in(self._thing, set()))
+        return type(self._thing) is _CACHED or bool(_held_in(self._thing, set()))
 
     def sources(self, following: Set[int]) -> Collection[values.Source]:
         """The sources of the numbers that it holds, also by way of others.
@@ -82,6 +91,6 @@ def _held_in(thing: object, following: Set[int]) -> List[Any]:
             seen.add(id(one))
             if id(type(one)) in tracked:
                 found.append(one)
-            elif isinstance(one, (*_HOLDING, *_CONTAINERS)) or type(one).__module__ == 'functools':
+            elif issubclass(type(one), _LOOKED_INTO):  # not `isinstance`, which asks the object for its class
                 waiting += gc.get_referents(one)
     return found

@@ -99,6 +99,7 @@ class Walk:
                 except Exception:  # of an object that cannot be looked into
                     continue
         holders = [Holder(name, thing) for name, thing in self._foreign.values()]
+        self._foreign.clear()  # the node may let go of them, and this walk lives until garbage is collected
         self.holders = [holder for holder in holders if holder.is_made_of_numbers]
 
     def _may_be_root(self, kind: type) -> bool:
