@@ -240,6 +240,32 @@ def test_what_keeps_a_plain_copy_is_named_beside_the_rest(master, tmp_path):
         assert '/partly/~rate' in next(line for line in examined.splitlines() if 'it comes from' in line)
 
 
+BEHIND = """\
+import rospy
+from geometry_msgs.msg import Point
+
+SPEED = 1.5
+rospy.init_node('behind')
+speed = rospy.get_param('~speed', SPEED)
+pub = rospy.Publisher('~place', Point, queue_size=1)
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    pub.publish(speed, 0.0, 0.0)
+    rate.sleep()
+"""
+
+
+def test_a_default_of_a_parameter_that_is_set_has_no_effect(master, tmp_path):
+    with Unmodified(tmp_path, 'behind', BEHIND):
+        wait_until(lambda: 'takes effect at the next start' in late('/behind')['SPEED'], 'the first round')
+        rosslt('set', '/behind/~speed', '2.5')
+        said = 'has no effect while the parameter /behind/speed is set, whose default it is'
+        wait_until(lambda: late('/behind')['SPEED'] == said, 'the parameter to be set')
+    with Unmodified(tmp_path, 'behind', BEHIND):
+        wait_until(lambda: late('/behind').get('SPEED') == said, 'the first round of another run')
+        assert rosslt('set', '/behind/SPEED', '3').stderr == f'rosslt set: it {said}\n'
+
+
 HOLDING = """\
 import collections, functools, itertools, queue
 import rospy

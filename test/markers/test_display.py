@@ -97,11 +97,18 @@ class Shown:
     def __init__(self):
         self.sent = Sent()
         self.scene = Scene(Settings())
+        self.apart, self.has_other_frames = set(), False
         self.display = displays.Display(
-            self.sent, Offers(self.scene, None, Known()), Notes(0.2), Selection(shows_all=True), 0.5
+            self.sent, Offers(self.scene, None, Known()), Notes(0.2), Selection(shows_all=True), 0.5, self
         )
         self.display._menus = SimpleNamespace(of=lambda _handle: None)
         self.things = {}
+
+    def has(self, frame):
+        return frame not in self.apart
+
+    def update(self):
+        return self.has_other_frames
 
     def put(self, thing):
         self.scene._put('/topic', self.things, thing.name, [thing], '/publisher')
@@ -333,3 +340,14 @@ def test_a_menu_without_choices_says_nothing_of_what_a_drag_changes():
     server, menu = Inserted(), Menu([], False, [('z', SOURCE)], False)
     Menus(SimpleNamespace(), lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)
     assert not any(entry.title.startswith(HEADING) for entry in server.marker.menu_entries)
+
+
+def test_a_handle_in_a_frame_apart_is_left_out_with_its_notes(shown):
+    shown.apart = {'world'}
+    assert shown.sends() == []
+    shown.has_other_frames = True
+    assert shown.sends() == [('erase', 'thing')]
+    shown.scene.say(shown.scene.handle('thing'), 'a text')
+    assert shown.sends() == []
+    shown.apart = set()
+    assert shown.sends() == [('insert', 'thing')]

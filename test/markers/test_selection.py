@@ -94,6 +94,16 @@ class Hands(Drags):
         return True
 
 
+class Joined:
+    """Frames of which all are joined."""
+
+    def has(self, _frame):
+        return True
+
+    def update(self):
+        return False
+
+
 class View:
     """A scene in RViz.
 
@@ -105,7 +115,7 @@ class View:
         self.server, scene = Drawn(), Scene(Settings())
         self.selection = Selection(shows_all)
         self._scene, self._offers = scene, Offers(scene, Hands(scene), Known())
-        self.display = Display(self.server, self._offers, Notes(0.2), self.selection, HANDLE_SIZE)
+        self.display = Display(self.server, self._offers, Notes(0.2), self.selection, HANDLE_SIZE, Joined())
 
     def take(self, *markers, is_shown=True):
         for marker in markers:

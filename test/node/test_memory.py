@@ -309,7 +309,10 @@ def test_what_many_locations_came_to_is_looked_at_once(node, monkeypatch):
     node.memory.begin()
     looks, held = [], remembered._held
     monkeypatch.setattr(remembered, '_held', lambda slot: looks.append(slot.key) or held(slot))
-    told = {one.name: one.at_next_start.split(',')[0] for one in report.all_described(made, lambda name: '')}
+    told = {
+        one.name: one.at_next_start.split(',')[0]
+        for one in report.all_described(made, lambda name: '', lambda source: '')
+    }
     assert {name: why for name, why in told.items() if why} == {'x_0': 'takes effect at the next start'}
     assert len(looks) == 1
 

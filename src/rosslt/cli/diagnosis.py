@@ -4,6 +4,7 @@ A change needs publishers that send provenance, owners that take it, a message a
 in RViz, a node that makes interactive markers and a display that shows them. Each of these is looked at in turn.
 """
 
+import contextlib
 import io
 import os
 import threading
@@ -53,6 +54,7 @@ class Stream:
         fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
         is_varied: whether numbers and texts differ from message to message, as long as none has a source.
         is_zero: whether no message has a number other than 0, the default of a field, nor a text but names of frames.
+        frames: the names of the frames in the headers.
     """
 
     def __init__(self) -> None:
@@ -62,21 +64,22 @@ class Stream:
         self.fields: Dict[str, List[values.Source]] = {}
         self.is_varied = False
         self.is_zero = True
+        self.frames: Set[str] = set()
         self._first: List[Any] = []
 
     def add(self, received: Heard, field: str) -> None:
         """Take a message; `field` is the path of the part that is looked at, '' for all."""
-        sources = values.sources(received.message)
+        sources, leaves = values.sources(received.message), values.leaves(received.message)
         if not self.count or (sources and not any(self.fields.values())):
-            leaves = values.leaves(received.message)
             self.fields = {path: values.sources(leaf) for path, leaf in leaves if _is_result(path, leaf, field)}
         if not self.sources:
             scalars = _scalars(received.message, field)
             self._first = scalars if not self.count else self._first
             self.is_varied = self.is_varied or scalars != self._first
         self.is_zero = self.is_zero and not any(
-            leaf for path, leaf in values.leaves(received.message) if not path.endswith((*_NO_RESULTS, '.frame_id'))
+            leaf for path, leaf in leaves if not path.endswith((*_NO_RESULTS, '.frame_id'))
         )
+        self.frames.update(leaf.lstrip('/') for path, leaf in leaves if path.endswith('header.frame_id'))
         self.count += 1
         self.sampled += received.is_sampled
         self.whole += bool(sources) and not received.is_sampled
@@ -108,6 +111,10 @@ class Traffic:
     def of(self, topic: str, publisher: str) -> Stream:
         """The messages that a node sent on a topic."""
         return self._streams.get((topic, publisher)) or Stream()
+
+    def frames(self, topic: str) -> Set[str]:
+        """The frames that the messages of a topic are in."""
+        return {frame for (name, _), stream in self._streams.items() if name == topic for frame in stream.frames}
 
     def all_sources(self) -> Set[values.Source]:
         """The sources in all messages."""
@@ -410,7 +417,15 @@ class Examination:
             return
         shown = {name for name in updates if set(self._state.subscribers.get(name, ())) - updates[name]}
         if serving & shown:
-            yield Finding(FINE, 'its handles are shown, through ' + ', '.join(sorted(serving & shown)))
+            apart = self._frames_apart({node for name in serving & shown for node in updates[name] & listening})
+            frames = self._traffic.frames(topic)
+            for frame in sorted(frames & apart.keys()):
+                fixed = apart[frame]
+                why = f'no transform joins it to {fixed}, the frame of most topics'
+                how = f'rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 {fixed} {frame}'
+                yield Finding(FAULT, f'RViz gets no handles of what is in the frame {frame}: {why}; try `{how}`')
+            if frames - apart.keys() or not frames:
+                yield Finding(FINE, 'its handles are shown, through ' + ', '.join(sorted(serving & shown)))
             return
         elsewhere = f'; RViz shows {", ".join(sorted(shown))}' if shown else ''
         yield Finding(
@@ -418,3 +433,11 @@ class Examination:
             f'nobody shows its handles{elsewhere}: roslaunch rosslt rviz.launch does; in an RViz of your own, add a '
             'display InteractiveMarkers with the Update Topic ' + ' or '.join(sorted(serving)),
         )
+
+    def _frames_apart(self, makers: Iterable[str]) -> Dict[str, str]:
+        """{frame that no transform joins to RViz's fixed frame: the fixed frame}, as nodes that make handles say."""
+        found: Dict[str, str] = {}
+        for maker in makers:
+            with contextlib.suppress(rosgraph.MasterException):  # other nodes say nothing of that
+                found.update(self._master.getParam(f'{maker}/frames_apart'))
+        return found

@@ -1,7 +1,8 @@
 """Names for number literals that are part of something else, `WAYPOINTS_2_x`, which outlive edits of other lines.
 
 A name says what the whole is assigned to, or else which function is called with it, or runs there; then the keywords,
-parameters, keys and indices on the way down to the number. Lines and columns are not part of it.
+parameters, keys and indices on the way down to the number. What something is changed by is not what it is: the number
+in `angle += 0.1` is `angle.step`. Lines and columns are not part of a name.
 """
 
 import ast
@@ -91,10 +92,13 @@ def _parameter(arguments: ast.arguments, field: str, index: int) -> str:
 
 def _assigned(statement: ast.stmt, words: List[str]) -> List[str]:
     """The words of what a statement assigns to; of `x, y = 1.0, 2.0` the one of a number, whose index is taken."""
+    value: Optional[ast.expr]
+    if isinstance(statement, ast.AugAssign):
+        return [*_target(statement.target), 'step']
     if isinstance(statement, ast.Assign):
-        target = statement.targets[0]
-    elif isinstance(statement, (ast.AnnAssign, ast.AugAssign)):
-        target = statement.target
+        target, value = statement.targets[0], statement.value
+    elif isinstance(statement, ast.AnnAssign):
+        target, value = statement.target, statement.value
     else:
         return []
     if (
@@ -103,8 +107,14 @@ def _assigned(statement: ast.stmt, words: List[str]) -> List[str]:
         and words[-1].isdigit()
         and int(words[-1]) < len(target.elts)
     ):
-        target = target.elts[int(words.pop())]
-    return _target(target)
+        at = int(words.pop())
+        target, value = target.elts[at], value.elts[at] if isinstance(value, (ast.Tuple, ast.List)) else None
+    named = _target(target)
+    while isinstance(value, ast.BinOp):
+        value = value.left
+        if named and _target(value) == named:
+            return [*named, 'step']
+    return named
 
 
 def _target(target: ast.AST) -> List[str]:

@@ -406,7 +406,7 @@ class Owner:
         with self.lock:
             asked = request.location_ids or list(self.locations.by_id)
             found = [self.locations.by_id[one] for one in asked if one in self.locations.by_id]
-            return srv.ListLocationsResponse(all_described(found, self.access.lock_of))
+            return srv.ListLocationsResponse(all_described(found, self.access.lock_of, self.read_parameters.set_for))
 
     def _described(self, location_id: int) -> Optional[msg.Location]:
         """A location as a message; None if this node has no location of that id."""

@@ -38,9 +38,8 @@ def run(options: argparse.Namespace) -> int:
     histories = node.histories if options.node else node.taking_part
     last = node.last_change(_complete(master, *histories(asked, '', TIMEOUT)))
     if last is None:
-        raise Failure(
-            f'{asked[0]}: there is no change to take back' if options.node else 'there is no change to take back'
-        )
+        of_node = f'{asked[0]}: ' if options.node else ''
+        raise Failure(f'{of_node}there is no change to take back (of its earlier runs, a node remembers the last one)')
     taking_part = _complete(master, *node.taking_part(tracked_nodes(master), last.request_id, TIMEOUT))
     undone = node.undo_request(last.request_id, taking_part, 'rosslt undo', TIMEOUT)
     directory = Directory()

@@ -1,6 +1,5 @@
 """An RViz configuration with a display for every topic that can be dragged, and RViz itself, opened with it."""
 
-import collections
 import os
 import subprocess
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -11,6 +10,7 @@ import yaml
 from std_msgs.msg import Bool, String
 
 from rosslt.markers.faults import contained
+from rosslt.markers.rviz.frames import FixedFrame
 from rosslt.markers.rviz.robot import Robot
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
@@ -165,19 +165,17 @@ class Shown:
     """
 
     def __init__(self, fixed_frame: str = '') -> None:
-        self._chosen_frame, self.frame = fixed_frame, fixed_frame or WORLD
-        self._scene, self._robot = Scene(Settings()), Robot()
-        self._frames: Dict[str, str] = {}  # of all topics that can be dragged
+        self.frame = fixed_frame or WORLD
+        scene, self._robot = Scene(Settings()), Robot()
+        self._fixed = FixedFrame(scene, fixed_frame)
         # At present, at the last look, and as shown: {topic: type}, and whether there is a robot.
         self._present: Tuple[Dict[str, str], bool] = {}, False
         self._before = self._shown = self._present
-        Watch(self._scene, also=[self._look])
+        Watch(scene, also=[self._fixed.look, self._look])
 
     def _look(self, graph: Graph) -> None:
-        found = {**self._frames, **self._scene.topics()}
-        self._frames = {topic: frame for topic, frame in found.items() if topic in graph.types}
         has_robot = self._robot.is_there(graph.types, graph.publishers)
-        self._present = {topic: graph.types[topic] for topic in self._frames}, has_robot
+        self._present = {topic: graph.types[topic] for topic in self._fixed.topics}, has_robot
 
     def update(self, rviz: str, path: str) -> None:
         """Have RViz show the present topics, once no more appear; changes that a person made in RViz are kept."""
@@ -193,8 +191,7 @@ class Shown:
             saved = yaml.safe_load(file)
         manager = saved['Visualization Manager']
         manager['Displays'] = merged(manager['Displays'], displays_of(*present))
-        frames = collections.Counter(frame.lstrip('/') for frame in self._frames.values())
-        frame = self._chosen_frame or max(frames, key=lambda frame: frames[frame], default=self.frame)
+        frame = self._fixed.name() or self.frame
         if manager['Global Options']['Fixed Frame'] == self.frame:
             manager['Global Options']['Fixed Frame'] = frame
         self.frame = frame

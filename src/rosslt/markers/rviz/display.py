@@ -12,6 +12,7 @@ from rosslt.markers.drags.wording import HELD
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz import controls
+from rosslt.markers.rviz.frames import JoinedFrames
 from rosslt.markers.rviz.menus import Menu, Menus
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
@@ -30,11 +31,21 @@ class Display(Follower):
         notes: the texts beside handles.
         selection: which handles are drawn with arrows and rings.
         handle_size: the size of arrows and rings, in metres; they are larger around larger things.
+        frames: those that RViz can show handles in.
     """
 
-    def __init__(self, server: Server, offers: Offers, notes: Notes, selection: Selection, handle_size: float) -> None:
+    def __init__(
+        self,
+        server: Server,
+        offers: Offers,
+        notes: Notes,
+        selection: Selection,
+        handle_size: float,
+        frames: JoinedFrames,
+    ) -> None:
         super().__init__(offers.scene, offers.descriptions, selection)
         self._server, self._drags, self._notes, self._handle_size = server, offers.drags, notes, handle_size
+        self._frames = frames
         self._menus = Menus(offers, self.redraw, self.free, selection)
         self._is_over = False
 
@@ -46,11 +57,13 @@ class Display(Follower):
 
     def say(self, handle: Handle, text: str) -> None:
         """Put a note beside a handle."""
-        self._notes.put(handle, text)
+        if self._frames.has(handle.frame):
+            self._notes.put(handle, text)
 
-    def leaves_out(self, handle: Handle) -> bool:
-        """Return whether RViz shows a thing by itself: a body that nothing moves would hide others from the mouse."""
-        return not handle.draws_thing
+    def leaves_out(self, handle: Handle, motions: Motions) -> bool:
+        """Return whether RViz cannot show a handle, or shows its thing by itself: a body that nothing moves would hide
+        others from the mouse."""
+        return (motions.is_stuck and not handle.draws_thing) or not self._frames.has(handle.frame)
 
     def draw(self, handle: Handle, motions: Motions) -> None:
         """Insert the interactive marker of a handle."""
@@ -76,6 +89,8 @@ class Display(Follower):
         with self._server.mutex:
             if self._is_over:
                 return
+            if self._frames.update():
+                self.look_again()
             has_changed = self.follow()
             if self._notes.update(self._server) or has_changed:
                 self._server.applyChanges()

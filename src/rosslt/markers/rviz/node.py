@@ -11,6 +11,7 @@ from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
 from rosslt.markers.rviz.display import Display
+from rosslt.markers.rviz.frames import FixedFrame, JoinedFrames
 from rosslt.markers.rviz.notes import Notes
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.follower import FRAME_RATE
@@ -45,8 +46,10 @@ def run() -> None:
     descriptions = Descriptions()
     drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since)
     offers = Offers(scene, drags, descriptions)
-    display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size)
-    Watch(scene, topics)
+    fixed_frame = FixedFrame(scene, _text('~fixed_frame'))
+    frames = JoinedFrames(fixed_frame)
+    display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size, frames)
+    Watch(scene, topics, also=[fixed_frame.look, lambda graph: frames.tell('~frames_apart')])
     rospy.on_shutdown(display.clear)
     # The objects that the node has begun with stay, and the garbage collector need not visit them as messages come; nor
     # the objects of a message of some hundred markers while it is read.
@@ -70,6 +73,13 @@ def _is_true(name: str) -> bool:
     value = rospy.get_param(name, False)
     if not isinstance(value, bool):
         raise ValueError('the parameter {} is {!r} instead of true or false'.format(name, value))
+    return value
+
+
+def _text(name: str) -> str:
+    value = rospy.get_param(name, '')
+    if not isinstance(value, str):
+        raise ValueError('the parameter {} is {!r} instead of a name'.format(name, value))
     return value
 
 

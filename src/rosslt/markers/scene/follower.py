@@ -69,9 +69,9 @@ class Follower:
         """All that the drawing of a handle shows of its sources, and of what is chosen for it."""
         del handle
 
-    def leaves_out(self, handle: Handle) -> bool:
-        """Return whether a handle is not drawn if nothing of its thing can be moved."""
-        del handle
+    def leaves_out(self, handle: Handle, motions: Motions) -> bool:
+        """Return whether a handle is not drawn."""
+        del handle, motions
         return False
 
     def draw(self, handle: Handle, motions: Motions) -> None:
@@ -93,6 +93,10 @@ class Follower:
     def redraw(self, name: str) -> None:
         """Have a handle drawn anew, as what is chosen for it has changed."""
         self._to_redraw.put(name)
+
+    def look_again(self) -> None:
+        """Bring all handles up to date: something else has changed that they are drawn by."""
+        self._differ.update(self._wanted)
 
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
@@ -170,7 +174,7 @@ class Follower:
         motions = None
         if handle is not None and name in self._motions:
             motions = self.selection.drawn(handle, self._motions[name][1])
-        if handle is None or motions is None or (motions.is_stuck and self.leaves_out(handle)):
+        if handle is None or motions is None or self.leaves_out(handle, motions):
             if shown is not None:
                 del self._shown[name]
                 self.erase(name)

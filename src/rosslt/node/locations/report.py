@@ -3,7 +3,7 @@
 import os
 from typing import Callable, List, Optional, Sequence, Tuple
 
-from rosslt import msg
+from rosslt import msg, values
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Location, ParameterLocation
@@ -11,21 +11,28 @@ from rosslt.node.memory.plain_copies import PLAIN_COPIES
 from rosslt.node.memory.remembered import MEMORY
 
 
-def all_described(locations: Sequence[Location], lock_of: Callable[[str], str]) -> List[msg.Location]:
+def all_described(
+    locations: Sequence[Location], lock_of: Callable[[str], str], set_for: Callable[[values.Source], str]
+) -> List[msg.Location]:
     """Locations as messages, with what does not follow a change of them.
 
     Args:
         locations: of this node.
         lock_of: says who has locked the location of a name, and why; '' if it is not locked.
+        set_for: names a parameter that is set and whose default comes from a source; '' if there is none.
     """
     holders = MEMORY.holders_of([location.source for location in locations])
     read_once = [location for location in locations if not location.is_read_again()]
     kept = MEMORY.kept([location.source for location in read_once]) if read_once else ()
-    late = {one: _why(one, holders.get(one.source, [])) for one in read_once if one.source not in kept}
+    late = {
+        one: _why(one, holders.get(one.source, []), set_for(one.source)) for one in read_once if one.source not in kept
+    }
     return [described(one, lock_of(one.name), late.get(one, ''), holders.get(one.source, [])) for one in locations]
 
 
-def _why(location: Location, holders: List[str]) -> str:
+def _why(location: Location, holders: List[str], parameter: str) -> str:
+    if parameter:
+        return f'has no effect while the parameter {parameter} is set, whose default it is'
     takers = PLAIN_COPIES.takers_of(location.source) + holders
     rest = f', but for {" and ".join(takers)}' if takers else ''
     when = f'at the next start, or when {location.place} runs again'

@@ -48,6 +48,7 @@ class ReadParameters:
         self._owner, self._parameters = owner, parameters
         self._asked: Dict[str, CallSite] = {}  # by full name, the call that reads it
         self._defaults: Dict[str, Tree] = {}  # by full name, what the code says while it is not set
+        self._default_sources: Dict[str, List[values.Source]] = {}  # by full name, what its first default came from
         self._polled: Set[str] = set()  # names that are read in the node's rounds
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Tree = {}  # what the master says, a tree from the root; never changed, but replaced
@@ -93,6 +94,7 @@ class ReadParameters:
             self._parameters.server.subscribe(key)
             value = self._parameters.read(key)
             self._asked[key] = site
+            self._default_sources[key] = values.sources(default)
             self._take_in(key, value)
             if value is not None and default and self._was_default(key, value):
                 self._take_default(key, site, default[0])
@@ -141,6 +143,11 @@ class ReadParameters:
             if is_within(name, key):
                 return values.plain_scalar(element_of(default, name[len(key) :])), name[len(key) :].split('/')[1:]
         return None, []
+
+    def set_for(self, source: values.Source) -> str:
+        """The name of a parameter that is set, and whose default comes from a source; '' if there is none."""
+        behind = (key for key, sources in self._default_sources.items() if source in sources)
+        return next((key for key in behind if part_of(self._known, key) is not None), '')
 
     def reread(self, name: str, said: Scalar) -> None:
         """Take in what the code says of a location since it was edited."""
