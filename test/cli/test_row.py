@@ -128,5 +128,8 @@ def test_a_live_script_runs_again_with_its_new_waypoint(script):
 
 
 def test_a_parameter_and_what_a_function_reads_are_refused(nodes):
-    for name, why in (('~parking/0', 'it is a parameter'), ('pin', 'its node reads it by a function')):
-        assert f'{why}, and no literal' in failure('row', 'delete', f'/talker/{name}')
+    for name, why in (
+        ('~parking/0', 'no file is known that it was read from'),
+        ('pin', 'its node reads it by a function'),
+    ):
+        assert f': {why}' in failure('row', 'delete', f'/talker/{name}')

@@ -6,8 +6,9 @@ import re
 from collections import Counter
 
 import pytest
+import yaml
 
-from rosslt.files import FileError, python_row_edits, replaced
+from rosslt.files import FileError, inline_row_edits, python_row_edits, replaced, yaml_row_edits
 from rosslt.files.rows import operate
 
 
@@ -19,6 +20,13 @@ def in_python(text, marked, operation, encoding='utf-8'):
     edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation)
     assert all(content[edit.start : edit.end] == edit.old for edit in edits)
     return replaced(content, edits).decode(encoding)
+
+
+def in_yaml(text, path, operation):
+    """A YAML text after an operation with the row at a path."""
+    content = text.encode()
+    edits, _ = yaml_row_edits('a.yaml', content, path, operation)
+    return replaced(content, edits).decode()
 
 
 LIST = """\
@@ -127,26 +135,94 @@ def test_an_operation_that_is_none_is_refused():
         in_python(LIST, '1.0', 'left')
 
 
+BLOCK = 'w:\n- x: 1.0\n  y: 2.0  # ä\n# k\n\n-   x: 3.0\n    y: [4.0,\n        5]\n\n# end\nz: 1\n'
+FIRST, SECOND = '- x: 1.0\n  y: 2.0  # ä\n', '-   x: 3.0\n    y: [4.0,\n        5]\n'
+
+
+@pytest.mark.parametrize(
+    ('text', 'path', 'operation', 'expected'),
+    [
+        (BLOCK, ['w', 0, 'x'], 'duplicate', BLOCK.replace(FIRST, FIRST * 2)),
+        (BLOCK, ['w', 0], 'delete', BLOCK.replace(FIRST, '')),
+        (BLOCK, ['w', 1], 'delete', BLOCK.replace(SECOND, '')),
+        (BLOCK, ['w', 1, 'y', 0], 'up', f'w:\n{SECOND}# k\n\n{FIRST}\n# end\nz: 1\n'),
+        ('- - [1, 2]\n  - [3, 4]\n- - [5, 6]', [0, 0, 1], 'delete', '- - [3, 4]\n- - [5, 6]'),
+        (
+            '- - [1, 2]\n  - [3, 4]\n- - [5, 6]',
+            [1, 0, 1],
+            'duplicate',
+            '- - [1, 2]\n  - [3, 4]\n- - [5, 6]\n  - [5, 6]',
+        ),
+        ('a: [[1, 2], # a\n [3, 4]] # b\n', ['a', 0, 1], 'down', 'a: [[3, 4], # b\n [1, 2]] # a\n'),
+        ('a: [\n  1.5,\n  2\n]\n', ['a', 1], 'delete', 'a: [\n  1.5\n]\n'),
+        ('- 1\r\n- 2.5', [1], 'duplicate', '- 1\r\n- 2.5\r\n- 2.5'),
+        ('-\n- \n', [1], 'up', '- \n-\n'),
+        ('\ufeff- 1\n- 2\n', [1], 'up', '\ufeff- 2\n- 1\n'),
+    ],
+)
+def test_items_of_yaml(text, path, operation, expected):
+    assert in_yaml(text, path, operation) == expected
+
+
+@pytest.mark.parametrize(
+    ('text', 'path', 'operation', 'refusal'),
+    [
+        ('a:\n- &x [1]\n- [2]\n', ['a', 0], 'up', 'a.yaml:2:3: an anchor or an alias stands in the row'),
+        ('a: &x 1\nb:\n- [*x]\n- [2]\n', ['b', 0, 0], 'down', 'a.yaml:3:4: an anchor or an alias stands in the row'),
+        ('- {x: 1}\n- {y: 1}\n', [0], 'down', 'a.yaml:1:1: it is no row of a list of alike ones: element 1, in line 2'),
+        ('- [1]\n- [1, 2]\n', [0], 'down', 'it is no row of a list of alike ones'),
+        ('- 1\n- a\n', [0], 'down', 'it is no row of a list of alike ones'),
+        ('[[1, 2], [3, 4]]\n', [0], 'down', 'a.yaml:1:10: two rows of its list stand on one line'),
+        ('- [1]\n', [0], 'delete', 'a.yaml:1:1: it is the only row of its list'),
+        ('- |\n  a\n- b\n', [0], 'down', 'a.yaml:1:3: a text in a block of lines stands in the row'),
+        ('a: 1\n', ['a'], 'up', 'a.yaml:1:4: no list of alike rows stands here'),
+        ('a: 1\n', ['b'], 'up', 'a.yaml: the file has no b any more'),
+        ('[[1],\n [2]], "#"\n', [1], 'up', 'a.yaml: it cannot be read'),
+        ('{a: [[1],\n [2]], b: 2}\n', ['a', 1], 'up', 'a.yaml:2:5: something else stands behind the list'),
+    ],
+)
+def test_what_is_no_row_of_yaml_is_refused_with_its_place(text, path, operation, refusal):
+    with pytest.raises(FileError, match=refusal):
+        in_yaml(text, path, operation)
+
+
+def test_rows_of_yaml_in_a_launch_file():
+    text = '<launch>\n  <rosparam>a: 1</rosparam>\n  <rosparam>\n    w:\n    - [1, 2]\n    - [3, 4]\n'
+    text += '  </rosparam>\n</launch>\n'
+
+    def done(*arguments):
+        edits, _ = inline_row_edits('a.launch', text.encode(), *arguments)
+        return replaced(text.encode(), edits).decode()
+
+    swapped = text.replace('[1, 2]', '[5]').replace('[3, 4]', '[1, 2]').replace('[5]', '[3, 4]')
+    assert done(1, 2, ['w', 1], 'up') == swapped
+    with pytest.raises(FileError, match=r'a\.launch:5:5: it is the first row of its list'):
+        done(1, 2, ['w', 0], 'up')
+    with pytest.raises(FileError, match='not certain which <rosparam>'):
+        done(0, 1, ['w', 0], 'up')
+
+
 class Text:
     """A text of a random layout with a list of rows in it, and how its rows are found and read."""
 
     def __init__(self, chance):
         self.chance = chance
         self.newline = chance.choice(['\n', '\r\n'])
-        self.kind = chance.choice(['list', 'tuple', 'script'])
+        self.kind = chance.choice(['list', 'tuple', 'script', 'block', 'flow'])
         self.shape = chance.choice(['list', 'map', 'scalar'] if self.kind != 'script' else ['list', 'scalar'])
-        indentation = '' if self.kind == 'script' else chance.choice(['  ', '\t'])
+        self.is_yaml = self.kind in ('block', 'flow')
+        indentation = '' if self.kind == 'script' else chance.choice(['  ', '      '] if self.is_yaml else ['  ', '\t'])
         rows = [self.row(number, indentation) for number in range(chance.randint(2 if self.kind == 'script' else 1, 5))]
-        opening = {'list': 'A = [', 'tuple': 'A = (', 'script': 'begin()'}[self.kind]
-        closing = {'list': ']', 'tuple': ')', 'script': 'end()'}[self.kind]
+        opening = {'list': 'A = [', 'tuple': 'A = (', 'script': 'begin()', 'block': 'A:', 'flow': 'A: ['}[self.kind]
+        closing = {'list': ']', 'tuple': ')', 'script': 'end()', 'block': '', 'flow': ' ]'}[self.kind]
         lines = ['# ä', opening]
         self.is_last_bare = chance.random() < 0.5 and len(rows) > 1
         for number, row in enumerate(rows):
             lines += [''] * (chance.random() < 0.2) + [indentation + '# between'] * (chance.random() < 0.2)
-            has_comma = self.kind in ('list', 'tuple') and not (self.is_last_bare and number == len(rows) - 1)
+            has_comma = self.kind in ('list', 'tuple', 'flow') and not (self.is_last_bare and number == len(rows) - 1)
             comment = chance.choice(['', '', f'  # row, {number}', ' '])
             lines.append(indentation + row + ',' * has_comma + comment)
-        lines.append(closing)
+        lines += [closing] * bool(closing)
         self.text = self.newline.join(lines) + self.newline * (chance.random() < 0.8)
 
     def number(self):
@@ -156,14 +232,22 @@ class Text:
         mark, one, other = f'1000{number}', self.number(), self.number()
         if self.kind == 'script':
             return f'goto({mark}, {one}, x={other})' if self.shape == 'list' else f'goto({mark})'
+        dash, quote = ('- ' if self.kind == 'block' else ''), '' if self.is_yaml else "'"
         below = self.newline + indentation + '  '
         gap = self.chance.choice([' ', ' ', below])
         if self.shape == 'scalar':
-            return mark
-        return f'[{mark},{gap}{one}, "ä"]' if self.shape == 'list' else f"{{'x': {mark},{gap}'y': {other}}}"
+            return dash + mark
+        if self.shape == 'list':
+            return f'{dash}[{mark},{gap}{one}, "ä"]'
+        if self.kind == 'block' and self.chance.random() < 0.5:
+            return f'{dash}x: {mark}{below}y: {one}'
+        return f'{dash}{{{quote}x{quote}: {mark},{gap}{quote}y{quote}: {other}}}'
 
     def read(self, text):
         """(the list, all else that the text says)."""
+        if self.is_yaml:
+            found = yaml.safe_load(text)
+            return found.pop('A'), found
         tree = ast.parse(text)
         if self.kind == 'script':
             return [ast.unparse(one) for one in tree.body[1:-1]], [
@@ -175,6 +259,8 @@ class Text:
 
     def after(self, text, index, operation):
         """The text after an operation with a row."""
+        if self.is_yaml:
+            return in_yaml(text, ['A', index], operation)
         tree = ast.parse(text)
         those = tree.body[1:-1] if self.kind == 'script' else tree.body[0].value.elts
         lines = text.replace('\r\n', '\n').split('\n')

@@ -2,20 +2,21 @@
 
 It may import the room `values`. `python_literals` finds the literals of a Python text, `python_source` replaces them
 and follows them through edits, `yaml_text` and `launch_text` do so for YAML and launch files; `notation` writes a
-value in the manner of the one before. `rows` does what people do with rows of lists, which `python_rows` finds.
-`atomic_replacement` reads and replaces files as a whole, `transaction` several of them, and `watching` notices what
-others write.
+value in the manner of the one before. `rows` does what people do with rows of lists, which `python_rows` and
+`yaml_rows` find. `atomic_replacement` reads and replaces files as a whole, `transaction` several
+of them, and `watching` notices what others write.
 """
 
 from rosslt.files.atomic_replacement import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
 from rosslt.files.errors import FileError
-from rosslt.files.inline_yaml import inline_edits
+from rosslt.files.inline_yaml import inline_edits, inline_row_edits
 from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal, Positions
 from rosslt.files.python_rows import python_row_edits
 from rosslt.files.python_source import Edit, Followed, SourceText, changed_elsewhere, digest_of, followed, replaced
-from rosslt.files.rows import OPERATIONS
+from rosslt.files.rows import OPERATIONS, index_after
 from rosslt.files.transaction import unified_diff, write
 from rosslt.files.watching import FileWatch
+from rosslt.files.yaml_rows import yaml_row_edits
 from rosslt.files.yaml_text import YamlChange, yaml_edits

@@ -1,9 +1,11 @@
 """YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other values in it, and every other byte as it is."""
 
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple, Union
 
+from rosslt.files.errors import FileError
 from rosslt.files.launch_text import Event, becomes, events_of, tags_in
 from rosslt.files.python_source import Edit, digest_of, replaced
+from rosslt.files.yaml_rows import yaml_row_edits
 from rosslt.files.yaml_text import YamlChange, yaml_edits
 
 
@@ -25,27 +27,76 @@ def inline_edits(
     Raises:
         FileError: the file is no XML, or its YAML cannot be read.
     """
-    events = events_of(file, content)
-    tags = tags_in(events, 'rosparam')
-    if len(tags) != count:
-        reason = f'it is not certain which <rosparam> of {file} it is since that was edited'
-        return [], [(change.what, reason) for change in changes]
-    index = tags[nth] + 1
-    start, end = events[index].start, events[index + 1].start if events[index].kind == 'text' else events[index].start
-    text = content[start:end]
-    if any(mark in text for mark in (b'<', b'&', b']]>')):
-        reason = f'its <rosparam> in {file} is in a notation of XML that is not rewritten'
-        return [], [(change.what, reason) for change in changes]
+    try:
+        text, place = _inline(file, content, nth, count)
+    except ValueError as error:
+        return [], [(change.what, str(error)) for change in changes]
     made, left = yaml_edits(file, text, changes)
     edits: List[Edit] = []
     for one in made:
-        said = [*events[:index], _with_text(events[index], replaced(text, [one])), *events[index + 1 :]]
-        edit = one._replace(digest=digest_of(content), start=one.start + start, end=one.end + start)
-        if becomes(content, edit, said):
+        edit = _placed(content, text, place, one)
+        if edit is not None:
             edits.append(edit)
         else:
             left.append((one.what, f'{one.new.decode()} would need a notation of XML in its <rosparam> in {file}'))
     return edits, left
+
+
+def inline_row_edits(
+    file: str, content: bytes, nth: int, count: int, path: Sequence[Union[str, int]], operation: str
+) -> Tuple[List[Edit], int]:
+    """Make the edits that do something with a row in the YAML of one <rosparam> of a launch file.
+
+    Args:
+        file, content, nth, count: as in `inline_edits`.
+        path, operation: as in `yaml_row_edits`, and so is what is returned.
+
+    Raises:
+        FileError: as in `yaml_row_edits`, or it is not certain which <rosparam> it is.
+        ValueError: as in `yaml_row_edits`.
+    """
+    try:
+        text, place = _inline(file, content, nth, count)
+    except ValueError as error:
+        raise FileError(file, None, None, str(error)) from None
+    try:
+        made, depth = yaml_row_edits(file, text, path, operation)
+    except FileError as error:
+        if error.line is None:
+            raise
+        # The YAML begins somewhere in a line of the launch file.
+        lines = content[:place].decode('utf-8', 'replace').split('\n')
+        column = (error.column or 1) + (len(lines[-1]) if error.line == 1 else 0)
+        raise FileError(file, error.line + len(lines) - 1, column, error.reason) from None
+    edits = [_placed(content, text, place, one) for one in made]
+    if None in edits:
+        raise FileError(file, None, None, 'the row would need a notation of XML in its <rosparam>; edit it by hand')
+    return [edit for edit in edits if edit is not None], depth
+
+
+def _inline(file: str, content: bytes, nth: int, count: int) -> Tuple[bytes, int]:
+    """The YAML of one <rosparam>, and where it begins in the content; ValueError if it is not certain, or not there
+    as it is read."""
+    events = events_of(file, content)
+    tags = tags_in(events, 'rosparam')
+    if len(tags) != count:
+        raise ValueError(f'it is not certain which <rosparam> of {file} it is since that was edited')
+    index = tags[nth] + 1
+    start, end = events[index].start, events[index + 1].start if events[index].kind == 'text' else events[index].start
+    text = content[start:end]
+    if any(mark in text for mark in (b'<', b'&', b']]>')):
+        raise ValueError(f'its <rosparam> in {file} is in a notation of XML that is not rewritten')
+    return text, start
+
+
+def _placed(content: bytes, text: bytes, place: int, one: Edit) -> Optional[Edit]:
+    """An edit of a YAML text as one of the launch file in which it begins at a place; None if XML would read it as
+    something else."""
+    events = events_of(one.file, content)
+    index = next(index for index, event in enumerate(events) if event.start == place and event.kind == 'text')
+    said = [*events[:index], _with_text(events[index], replaced(text, [one])), *events[index + 1 :]]
+    edit = one._replace(digest=digest_of(content), start=one.start + place, end=one.end + place)
+    return edit if becomes(content, edit, said) else None
 
 
 def _with_text(event: Event, text: bytes) -> Event:

@@ -1,11 +1,11 @@
 """Rows of lists in text files: one is duplicated, deleted or moved where it stands, and every other byte stays.
 
-A row is one of the alike elements of a list, each on lines of its own: what `python_rows` finds. The
+A row is one of the alike elements of a list, each on lines of its own: what `python_rows` and `yaml_rows` find. The
 comment at the end of a row's last line goes with it; lines between rows, blank or with a comment, stay where they are.
 """
 
 import re
-from typing import Callable, List, NamedTuple, Sequence, Tuple, TypeVar
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar
 
 from rosslt.files.errors import FileError
 
@@ -25,7 +25,7 @@ class Row(NamedTuple):
     """A row in a text: text[start:end] is its element.
 
     Attributes:
-        start, end: of the element.
+        start, end: of the element, with the dash in front of an item in YAML.
         comma: where the comma behind it ends; `end` if there is none.
         tail: where the blanks and the comment at the end of its last line begin.
         line_end: where its last line ends, in front of the line break.
@@ -45,7 +45,8 @@ class Rows(NamedTuple):
         file, text: where they stand.
         ranges: (start, end) of each element.
         position: which of them is meant.
-        opening: where the bracket that opens the list ends; -1 if nothing opens it.
+        opening: where what opens the list on the line of its first row ends: a bracket, or dashes in YAML; -1 if
+            nothing does.
         separator: what stands between two of them, ',' or ''.
         is_tuple: whether it is a tuple, which needs a comma behind its only element.
         comment_at: gives the place of the comment in the line that a place is in, or that line's end.
@@ -115,6 +116,18 @@ def operate(elements: List[_Element], index: int, operation: str) -> None:
         del elements[index]
     else:
         elements.insert(index - 1 if operation == UP else index + 1, elements.pop(index))
+
+
+def index_after(index: int, row: int, operation: str) -> Optional[int]:
+    """Where the element of a list is after an operation with one of them; None if that has deleted it.
+
+    Args:
+        index: of the element.
+        row: of the one that the operation is done with.
+    """
+    places: List[int] = list(range(max(index, row) + 2))
+    operate(places, row, operation)
+    return places.index(index) if index in places else None
 
 
 def after(rows: Rows, operation: str) -> str:

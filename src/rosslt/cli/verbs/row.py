@@ -16,9 +16,9 @@ SUMMARY = 'duplicate, delete or move a row of a list, as a waypoint, in its file
 DESCRIPTION = """Duplicate, delete or move the row of a list that a location is in: an element such as (1.0, 2.0), or a
 call such as goto(1, 2, 0) among others. It must stand on lines of its own; all other bytes of the file stay. The file
 is edited as by a person with an editor: a live script runs again by itself; another node takes the row at its next
-start.
+start, and what stands in a YAML or launch file with the next `rosslt launch`.
 
-A changed value that is not saved, and a parameter, are refused."""
+A changed value that is not saved is refused, and so is a parameter that `rosslt launch` has not read from a file."""
 EXAMPLE = """\
 examples:
   rosslt row duplicate /patrol/WAYPOINTS_2
@@ -46,21 +46,23 @@ def run(options: argparse.Namespace) -> None:
     master, directory = find_master(), Directory()
     place, row = find_in_row(master, directory, options.location)
     try:
-        edits = node.row_edits(place, row, options.operation, TIMEOUT)
+        found = node.row_edit(place, row, options.operation, TIMEOUT)
         if options.diff:
-            write_diff(files.unified_diff(edits))
+            write_diff(files.unified_diff(found.edits))
             return
-        files.write(edits)
+        found.write()
     except node.SourceUnreachable as error:
         raise cannot_reach(master, place.node, str(error)) from None
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
-    where = f'{place.location.file}:{place.location.line}'
+    where = found.place
     if is_terminal():
         print(f'{place.name}: {options.operation}  [{where}]')
     else:
         write_row(place.name, options.operation, where)
-    if node.is_in_script(place):
+    if found.origins:
+        print('rosslt row: the next `rosslt launch` of the file has the rows as they are now', file=sys.stderr)
+    elif node.is_in_script(place):
         print(f'rosslt row: {place.node} runs the script again', file=sys.stderr)
     else:
         print(

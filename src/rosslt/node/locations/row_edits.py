@@ -1,6 +1,7 @@
 """The row that a location is in, a waypoint of a list say, duplicated, deleted or moved in the file where it stands."""
 
-from typing import List, Sequence, Tuple
+import json
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -8,14 +9,39 @@ import rospy
 from rosslt import files
 from rosslt.messages import Message
 from rosslt.node.locations.directory import Place
-from rosslt.node.locations.saving import list_edits
+from rosslt.node.locations.saving import edits_of, list_edits, origins_of, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
 SCRIPT_TEXT = 'rosslt_script'
 
 
-def row_edits(place: Place, row: Sequence[Place], operation: str, timeout: float) -> List[files.Edit]:
-    """Make the edits that do something with the row of a location, in a source file or a live script.
+class RowEdit(NamedTuple):
+    """What is to be written to do something with a row.
+
+    Attributes:
+        edits: of its file.
+        place: FILE:LINE of the row.
+        origins: {parameter: where it stands then}, if it stands in a file that `rosslt launch` has read; else empty.
+    """
+
+    edits: List[files.Edit]
+    place: str
+    origins: Dict[str, Any]
+
+    def write(self) -> None:
+        """Write it.
+
+        Raises:
+            FileError: the file was edited meanwhile, or cannot be written.
+        """
+        files.write(self.edits)
+        if self.origins:
+            rosgraph.Master(rospy.get_name()).setParam(files.ORIGINS, json.dumps(self.origins))
+
+
+def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float) -> RowEdit:
+    """Make the edits that do something with the row of a location, in a source file, a live script, or a YAML or launch
+    file that `rosslt launch` has read.
 
     Args:
         place: the location.
@@ -37,9 +63,54 @@ def row_edits(place: Place, row: Sequence[Place], operation: str, timeout: float
             raise files.FileError(path, line, column, reason)
         line, column = _place_now(place, answer)
         content = files.read_bytes(path)
+    elif place.location.name.startswith('/'):
+        return _in_parameter_file(place, row, operation)
     else:
         content = _script_of(place)
-    return files.python_row_edits(path, content, line, column, operation)
+    edits = files.python_row_edits(path, content, line, column, operation)
+    return RowEdit(edits, f'{path}:{place.location.line}', {})
+
+
+def _in_parameter_file(place: Place, row: Sequence[Place], operation: str) -> RowEdit:
+    location = place.location
+    origins = origins_of(rosgraph.Master(rospy.get_name()))
+    origin = origins.get(location.name)
+    reason = why_not_written(place, origin)
+    if reason:
+        raise files.FileError(location.file, location.line, location.column, reason)
+    path = origin.get('path')
+    if path is None:
+        raise files.FileError(origin['file'], None, None, 'no list of alike rows stands here; edit the file by hand')
+    _check_saved(place.node, [(one, origins[one.location.name]) for one in row if one.location.name in origins])
+    content, inline = files.read_bytes(origin['file']), origin.get('rosparam')
+    if inline:
+        nth, count = inline
+        edits, depth = files.inline_row_edits(origin['file'], content, nth, count, path, operation)
+    else:
+        edits, depth = files.yaml_row_edits(origin['file'], content, path, operation)
+    moved = {}
+    for name, one in origins.items():
+        is_in_list = one['file'] == origin['file'] and one.get('rosparam') == inline
+        steps = one.get('path') or []
+        if is_in_list and len(steps) >= depth and steps[: depth - 1] == path[: depth - 1]:
+            index = files.index_after(steps[depth - 1], path[depth - 1], operation)
+            if index is None:
+                moved[name] = {'file': one['file'], 'said': one['said'], 'is_gone': True}
+                continue
+            one = {**one, 'path': [*steps[: depth - 1], index, *steps[depth:]]}
+        moved[name] = one
+    line = content[: edits[0].start].count(b'\n') + 1
+    return RowEdit(edits, f'{origin["file"]}:{line}', moved)
+
+
+def _check_saved(node: str, row: Sequence[Tuple[Place, Dict[str, Any]]]) -> None:
+    """Raise FileError if the file does not have the present values of a row."""
+    for place, origin in row:
+        said = [origin['said'], *origin.get('offered', ())]
+        edits, left = edits_of(origin['file'], [(place, {**origin, 'said': said})])
+        if edits or left:
+            reason = left[0][1] if left else f'{place.local_name} is changed, and not saved: `rosslt save {node}` first'
+            raise files.FileError(origin['file'], None, None, reason)
 
 
 def is_in_script(place: Place) -> bool:
@@ -64,11 +135,9 @@ def _script_of(place: Place) -> bytes:
     """
     location = place.location
     text = _script_text(place)
-    if location.name.startswith('/') or text is None:
-        reason = 'it is a parameter' if location.name.startswith('/') else 'its node reads it by a function'
-        raise files.FileError(
-            location.file, location.line, location.column, f'{reason}, and no literal: edit the file that it is from'
-        )
+    if text is None:
+        reason = 'its node reads it by a function, and no literal: edit the file that it is from'
+        raise files.FileError(location.file, location.line, location.column, reason)
     content = files.read_bytes(location.file)
     if files.digest_of(content) != text:
         reason = 'the script was edited, and the text that stands there is not in force; try again'

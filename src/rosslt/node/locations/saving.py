@@ -106,7 +106,7 @@ def _in_parameter_files(
     if not parameters:
         return [], []
     master = rosgraph.Master(rospy.get_name())
-    origins = _origins(master)
+    origins = origins_of(master)
     before = copy.deepcopy(origins)
     by_file: Dict[str, List[Tuple[Place, Dict[str, Any]]]] = {}
     unsaved: List[Unsaved] = []
@@ -117,7 +117,7 @@ def _in_parameter_files(
             continue
         if values and files.equal(place.value, values[0]):
             changed_back.add(place.local_name)
-        reason = _why_not(place, origin) or _said_for_another(place, origins, master)
+        reason = why_not_written(place, origin) or _said_for_another(place, origins, master)
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
@@ -127,7 +127,7 @@ def _in_parameter_files(
     edits: List[files.Edit] = []
     for file, those in by_file.items():
         try:
-            made, left = _edits_of(file, those)
+            made, left = edits_of(file, those)
         except files.FileError as error:
             unsaved += [Unsaved(place.local_name, str(error)) for place, _ in those]
         else:
@@ -140,7 +140,7 @@ def _in_parameter_files(
     return edits, [one for one in unsaved if one.name not in changed_back]
 
 
-def _origins(master: rosgraph.Master) -> Any:
+def origins_of(master: rosgraph.Master) -> Any:
     """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
     with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
         return json.loads(master.getParam(files.ORIGINS))
@@ -153,7 +153,7 @@ def why_whole(place: Place) -> str:
     location = place.location
     if location.type != 'int' or not location.name.startswith('/'):
         return ''
-    origin = _origins(rosgraph.Master(rospy.get_name())).get(location.name)
+    origin = origins_of(rosgraph.Master(rospy.get_name())).get(location.name)
     if origin and type(origin['said']) is int:
         said, where = origin['said'], f'in {_given_at(place, origin)}'
     else:
@@ -166,7 +166,7 @@ def _given_at(place: Place, origin: Dict[str, Any]) -> str:
     other = copy.copy(place.location)
     other.value = to_json(place.value + 1)
     try:
-        edits, _ = _edits_of(origin['file'], [(Place(place.node, other), {**origin, 'said': [origin['said']]})])
+        edits, _ = edits_of(origin['file'], [(Place(place.node, other), {**origin, 'said': [origin['said']]})])
         lines = [files.read_bytes(edit.file)[: edit.start].count(b'\n') + 1 for edit in edits]
     except files.FileError:
         lines = []
@@ -196,10 +196,12 @@ def _was_changed_earlier(place: Place, origin: Any) -> bool:
     return files.is_scalar(said) and files.is_scalar(place.value) and not files.equal(said, place.value)
 
 
-def _why_not(place: Place, origin: Any) -> str:
+def why_not_written(place: Place, origin: Any) -> str:
     """Why a parameter cannot be written back; '' if it can."""
     if not origin:
         return 'no file is known that it was read from; rosslt launch notes them'
+    if origin.get('is_gone'):
+        return f'its row was deleted from {origin["file"]}'
     if origin.get('is_substituted'):
         return f'it stands in {origin["file"]} through a substitution'
     return ''
@@ -225,7 +227,7 @@ def _where(origin: Dict[str, object]) -> Dict[str, Any]:
     return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
 
 
-def _edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
+def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
     """Make the edits that write parameters into a file, and list those that cannot be saved."""
     content = files.read_bytes(file)
     import rosparam  # noqa: F401 - teaches yaml to read angles

@@ -1,0 +1,172 @@
+"""Rows in YAML: items of block sequences, and elements of flow sequences on lines of their own."""
+
+import re
+from typing import Any, Iterator, List, NamedTuple, Sequence, Tuple, Union
+
+import yaml
+
+from rosslt.files import rows
+from rosslt.files.errors import FileError
+from rosslt.files.python_source import Edit, digest_of
+from rosslt.files.yaml_text import PROPERTIES
+
+_Path = Sequence[Union[str, int]]
+
+_COMMENT = re.compile(r'(?<!\S)#')
+
+
+class _Found(NamedTuple):
+    """An element of a sequence.
+
+    Attributes:
+        sequence: it.
+        position: which element it is.
+        depth: how many steps of the path lead to it.
+    """
+
+    sequence: yaml.SequenceNode
+    position: int
+    depth: int
+
+
+def yaml_row_edits(file: str, content: bytes, path: _Path, operation: str) -> Tuple[List[Edit], int]:
+    """Make the edits that do something with a row of a YAML file.
+
+    The row is the element of the innermost sequence whose elements are no scalars; if there is none, that of a
+    sequence of scalars.
+
+    Args:
+        file: its path.
+        content: all of it.
+        path: of keys and indices, from the root of the document to the row or to something in it.
+        operation: one of OPERATIONS.
+
+    Returns:
+        (the edits, how many steps of the path lead to the row).
+
+    Raises:
+        FileError: what stands there is no row of a list of alike ones, or cannot be moved or deleted.
+        ValueError: there is no such operation.
+    """
+    rows.check_operation(operation)
+    text, root = _composed(file, content)
+    found = _row_at(file, text, root, path)
+    row = _rows_of(file, text, found)
+    changed = rows.after(row, operation)
+    place = row.ranges[row.position][0]
+    rows.operate(found.sequence.value, found.position, operation)
+    made = changed.encode('utf-8')
+    try:
+        is_same = list(_said(_composed(file, made)[1])) == list(_said(root))
+    except FileError:
+        is_same = False
+    if not is_same:
+        raise row.refusal('the file would not say the same otherwise; edit it by hand', place)
+    start, end, new = rows.difference(text, changed)
+    first, last = (len(text[:place].encode('utf-8')) for place in (start, end))
+    return [Edit(file, digest_of(content), first, last, content[first:last], new.encode('utf-8'))], found.depth
+
+
+def _composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
+    try:
+        text = content.decode('utf-8')
+        return text, yaml.compose(text, Loader=yaml.SafeLoader)
+    except (UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+        raise FileError(file, None, None, f'it cannot be read: {error}') from None
+
+
+def _row_at(file: str, text: str, root: Any, path: _Path) -> _Found:
+    """The element of the list of rows on a path.
+
+    Raises:
+        FileError: there is none.
+    """
+    node, found = root, []
+    for depth, step in enumerate(path, 1):
+        parts: List[yaml.Node] = []
+        if isinstance(node, yaml.MappingNode):
+            parts = [part for key, part in node.value if key.value == str(step)]
+        elif isinstance(node, yaml.SequenceNode) and isinstance(step, int) and step < len(node.value):
+            parts = [node.value[step]]
+            found.append(_Found(node, step, depth))
+        if len(parts) != 1:
+            raise FileError(file, None, None, f'the file has no {"/".join(map(str, path))} any more')
+        node = parts[0]
+    compound = [one for one in found if not isinstance(one.sequence.value[one.position], yaml.ScalarNode)]
+    chosen = compound[-1:] or found[-1:]
+    if not chosen:
+        place = node.start_mark.index if node else 0
+        raise rows.refusal(file, text, place, 'no list of alike rows stands here; edit the file by hand')
+    return chosen[0]
+
+
+def _rows_of(file: str, text: str, found: _Found) -> rows.Rows:
+    """The rows of a sequence, with their places.
+
+    Raises:
+        FileError: its elements are not alike, or cannot be moved or copied as text.
+    """
+    sequence = found.sequence
+    tokens = list(yaml.scan(text, Loader=yaml.SafeLoader))
+    is_flow = sequence.flow_style
+    ranges = [(one.start_mark.index, _end_of(one)) for one in sequence.value]
+    opening = PROPERTIES.match(text, sequence.start_mark.index).end() + 1  # type: ignore[union-attr]
+    if not is_flow:
+        dashes = [token.start_mark.index for token in tokens if isinstance(token, yaml.BlockEntryToken)]
+        ranges = [(max(dash for dash in dashes if dash < start), max(start, end)) for start, end in ranges]
+        first = ranges[0][0]
+        opening = first if re.fullmatch('[- ]*', text[rows.line_start(text, first) : first]) else -1
+
+    def comment_at(place: int) -> int:
+        end = rows.line_end(text, place)
+        comment = _COMMENT.search(text, place, end)
+        return comment.start() if comment else end
+
+    row = rows.Rows(file, text, ranges, found.position, opening, ',' if is_flow else '', False, comment_at)
+    rows.check_alike(row, [_shape(one) for one in sequence.value])
+    for token in tokens:
+        start, end = ranges[found.position]
+        if start <= token.start_mark.index < end:
+            if isinstance(token, (yaml.AnchorToken, yaml.AliasToken)):
+                reason = 'an anchor or an alias stands in the row; edit the file by hand'
+                raise row.refusal(reason, token.start_mark.index)
+            if isinstance(token, yaml.ScalarToken) and token.style in ('|', '>'):
+                reason = 'a text in a block of lines stands in the row; edit the file by hand'
+                raise row.refusal(reason, token.start_mark.index)
+    last = ranges[-1][1]
+    behind = text[last : comment_at(last)]
+    if is_flow and re.search(r'[^\s,\]}]', behind):
+        raise row.refusal('something else stands behind the list on its line; put the last row on its own', last)
+    return row
+
+
+def _end_of(node: yaml.Node) -> int:
+    """Where a node ends; PyYAML has the end of a block behind the blank lines and comments that follow it."""
+    while isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        node = node.value[-1]
+        if isinstance(node, tuple):
+            node = node[1]
+    return int(node.end_mark.index)
+
+
+def _shape(node: yaml.Node) -> Tuple[object, ...]:
+    """What alike rows have in common."""
+    if isinstance(node, yaml.MappingNode):
+        return ('map', sorted(str(key.value) for key, _ in node.value))
+    if isinstance(node, yaml.SequenceNode):
+        return ('list', len(node.value))
+    return ('number',) if _is_number(node) else ('scalar', node.tag)
+
+
+def _is_number(node: yaml.Node) -> bool:
+    return isinstance(node, yaml.ScalarNode) and node.tag in ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
+
+
+def _said(node: Any) -> Iterator[Tuple[object, ...]]:
+    """What YAML says, without places and layout."""
+    if node is None:
+        return
+    yield (type(node), node.tag, node.value if isinstance(node, yaml.ScalarNode) else len(node.value))
+    for part in [] if isinstance(node, yaml.ScalarNode) else node.value:
+        for one in part if isinstance(part, tuple) else (part,):
+            yield from _said(one)
