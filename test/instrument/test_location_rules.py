@@ -69,6 +69,8 @@ def test_each_rule_gives_a_reason_in_plain_words():
         ('rate = rospy.Rate(10)', 'plain'),
         ('rospy.sleep(0.5)', 'plain'),
         ('x = rospy.get_param("~gain", 2.0)', 'plain'),
+        ('get = rospy.get_param\nx = get("~gain", 2.0)', 'plain'),
+        ('from rospy import get_param as get\nx = get("~gain", 2.0)', 'plain'),
         ('a = numpy.zeros((3, 4))', 'plain plain'),
         ('a = numpy.array([1.0, 2])', 'number number'),
         ('a = np.linspace(0.0, 1.0, 20)', 'number number plain'),

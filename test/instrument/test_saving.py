@@ -342,7 +342,7 @@ while not rospy.is_shutdown():
         assert command('set', '/named/~goal_x', '5').returncode == 0
         result = command('save', '/named')
         assert result.returncode == 1
-        assert 'the default at named.py:6:10 is GOAL[0], and no literal: set what GOAL[0] comes from' in result.stderr
+        assert 'its default at named.py:6:10 comes from GOAL_0: set that as well' in result.stderr
         assert command('set', '/named/GOAL_0', '5').returncode == 0
         command('save', '/named')
         assert started.file.read_text() == code.replace('[3.0', '[5.0')

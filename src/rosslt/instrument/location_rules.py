@@ -14,7 +14,6 @@ from rosslt.instrument.callees import (
     ENUMERATIONS,
     FIELDS,
     MODULES_OF_NUMBERS,
-    PARAMETER_CALLS,
     PASSING_ON,
     PLAIN_CALLS,
     PLAIN_KEYWORDS,
@@ -27,7 +26,7 @@ from rosslt.instrument.callees import (
     WAVES,
 )
 from rosslt.instrument.lifetimes import FUNCTIONS, bound_arguments, own_functions
-from rosslt.instrument.states import States, dotted, find_states
+from rosslt.instrument.states import States, dotted, find_states, reads_parameters
 
 NUMBER, WHOLE, FORM, PLAIN = 'number', 'whole', 'form', 'plain'
 
@@ -173,7 +172,7 @@ class _Judge:
                         self._parents[id(child)] = parent, field
         self._states = states
         self._text_of = text_of
-        self._functions = own_functions(tree)
+        self._functions, self._reads_parameter = own_functions(tree), reads_parameters(tree)
         self._counts, self._indices = _uses(tree, self._functions)
         self._count_fields = COUNT_ATTRIBUTES | {one.split('.')[-1].lower() for one in self._counts if '.' in one}
         self._limits = _limits_of_counters(tree)
@@ -299,7 +298,7 @@ class _Judge:
         first, last = callee.split('.')[0], callee.split('.')[-1]
         if callee in self._functions or (first == 'self' and last in self._functions):
             return self._of_parameters(call, child) if is_whole else None
-        if last in PARAMETER_CALLS:
+        if self._reads_parameter(call):
             return 'default of a parameter'
         if first in PLAIN_MODULES and '.' in callee:
             return 'system'

@@ -7,8 +7,9 @@ provenance: a new value affects future steps only.
 
 import ast
 import re
-from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
+from rosslt.instrument.callees import PARAMETER_CALLS
 from rosslt.instrument.lifetimes import FUNCTIONS, Lifetimes, is_endless
 
 _BLOCKS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Module)
@@ -51,6 +52,27 @@ def dotted(node: Optional[ast.AST]) -> Optional[str]:
         return None
     parts.append(node.id)
     return '.'.join(reversed(parts))
+
+
+def reads_parameters(tree: ast.AST) -> Callable[[ast.Call], bool]:
+    """Make the test whether a call in a program reads a parameter, also by a name of the program's own, as in
+    `get = rospy.get_param`."""
+    names = {
+        alias.asname
+        for one in ast.walk(tree)
+        if isinstance(one, ast.ImportFrom)
+        for alias in one.names
+        if alias.asname and alias.name in PARAMETER_CALLS
+    }
+    for one in ast.walk(tree):
+        if isinstance(one, ast.Assign) and (dotted(one.value) or '').split('.')[-1] in PARAMETER_CALLS:
+            names.update(filter(None, map(dotted, one.targets)))
+
+    def does(call: ast.Call) -> bool:
+        last = getattr(call.func, 'attr', getattr(call.func, 'id', ''))
+        return last in PARAMETER_CALLS or dotted(call.func) in names
+
+    return does
 
 
 def _place(node: Optional[ast.AST]) -> Optional[str]:

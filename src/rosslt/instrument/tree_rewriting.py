@@ -7,12 +7,12 @@ import copy
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple, Union
 
 from rosslt import files
-from rosslt.instrument.callees import CHANCE, PARAMETER_CALLS
+from rosslt.instrument.callees import CHANCE
 from rosslt.instrument.lifetimes import bound_arguments, own_functions
 from rosslt.instrument.literals import Literal, SourceText, find_literals
 from rosslt.instrument.plain_readings import plain_readings
 from rosslt.instrument.set_up_names import Way, names_of_set_up, reaches_other_modules
-from rosslt.instrument.states import States, find_states
+from rosslt.instrument.states import States, find_states, reads_parameters
 
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
@@ -142,7 +142,7 @@ class _Hidden:
     """
 
     def __init__(self, tree: ast.AST, cells: Any, kinds: Tuple[type, ...]) -> None:
-        self._cells = cells
+        self._cells, self._reads_parameter = cells, reads_parameters(tree)
         self.kinds = kinds
         self.names: Set[str] = set()
         functions = own_functions(tree)
@@ -164,7 +164,7 @@ class _Hidden:
         elements = [one for one in getattr(node, 'elts', [node]) if has_floats or not _is_fraction(one)]
         return any(
             (id(part) in self._cells and type(self._cells[id(part)][1].value) in self.kinds)
-            or (isinstance(part, ast.Call) and _last_name(part.func) in PARAMETER_CALLS)
+            or (isinstance(part, ast.Call) and self._reads_parameter(part))
             or (has_floats and isinstance(part, (ast.Name, ast.Attribute)) and _last_name(part) in self.names)
             for element in elements
             for part in ast.walk(element)
@@ -183,7 +183,9 @@ class _Hidden:
         if isinstance(node, ast.Call):
             # With NumPy, any function of such numbers may give one; else only those that give ints, and parameters.
             is_of_hidden = float in self.kinds and any(map(self.may_be, node.args))
-            return is_of_hidden or _last_name(node.func) in {'int', 'round', 'len', 'abs', *PARAMETER_CALLS}
+            return (
+                is_of_hidden or _last_name(node.func) in {'int', 'round', 'len', 'abs'} or self._reads_parameter(node)
+            )
         name = _last_name(node)
         # Constants of other modules are called so.
         return name in self.names or (float in self.kinds and name.isupper())

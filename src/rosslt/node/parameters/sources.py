@@ -119,7 +119,15 @@ class ReadParameters:
             for name, location in self._present.items():
                 if is_within(name, key):
                     location.site = site
+                    made_of = self._names_of(values.sources(element_of(value, name[len(key) :])))
+                    if made_of:
+                        location.unsaved = f'its default at {location.place} comes from {made_of}: set that as well'
             return True
+
+    def _names_of(self, sources: Collection[values.Source]) -> str:
+        """The names of locations of this node, as a part of a sentence."""
+        found = [self._owner.locations.by_id.get(one.location_id) for one in sources if one.node == self._owner.name]
+        return ' and '.join(location.name for location in found if location is not None)
 
     def take_fractions(self, key: str) -> None:
         """Take each int in a parameter for a float from now on."""
