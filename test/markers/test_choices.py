@@ -1,10 +1,13 @@
 """What a person chooses for the drags of a thing, and what its drags change then."""
 
+import itertools
+
 import pytest
 from geometry_msgs.msg import Point, Quaternion
+from rosslt.msg import Location
 from visualization_msgs.msg import Marker
 
-from rosslt import math, values
+from rosslt import math, node, values
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.offers import Offers
@@ -119,6 +122,29 @@ def test_what_the_next_target_comes_from_too_stays_chosen(asked, patrol):
     assert patrol.chosen == [OFFSET[0]]
     assert patrol.drag(1.5, 3.0) == 'chosen: offset x; the rest stays'
     assert asked == [{OFFSET[0]: 0.5}]
+
+
+def test_the_row_of_a_thing_is_that_of_the_numbers_that_a_drag_changes(patrol):
+    def row():
+        return patrol.offers.row(patrol.offers.choices(patrol.scene.handle(NAME)))
+
+    def know(*rows):
+        numbers = [one.location_id for one in (*POST, *OFFSET)]
+        told = itertools.zip_longest(numbers, rows, fillvalue='')
+        node.directory().take('/guard', [Location(id=number, row=row) for number, row in told])
+
+    try:
+        assert row() is None, 'nothing is known'
+        know('guard.py:3:1[1]', 'guard.py:3:1[1]')
+        assert row() == POST[0]
+        know('', '', 'guard.py:9:1[0]', 'guard.py:9:1[0]')
+        assert row() == OFFSET[0]
+        know('guard.py:3:1[1]')
+        assert row() == POST[0], 'the other number is in no row'
+        know('guard.py:3:1[1]', 'guard.py:3:1[2]')
+        assert row() is None, 'they are in two'
+    finally:
+        know()
 
 
 def cart(orientation):

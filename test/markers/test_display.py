@@ -336,6 +336,35 @@ def test_every_entry_of_a_menu_may_be_reported():
         server.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
 
 
+def rows_of(server):
+    (row,) = [entry for entry in server.marker.menu_entries if entry.title == 'Row']
+    return [entry for entry in server.marker.menu_entries if entry.parent_id == row.id]
+
+
+def test_the_row_of_a_menu_is_the_one_that_it_was_drawn_with():
+    edited = []
+    offers = SimpleNamespace(edit_row=lambda *arguments: edited.append(arguments))
+    menus = Menus(offers, lambda _name: None, set(), Selection(shows_all=False))
+    menu, next_row = Menu([], False, [], False, row=SOURCE), values.Source('/owner', 2)
+    first, then = Inserted(), Inserted()
+    menus.add(first, 'thing', menu)
+    menus.add(then, 'thing', menu._replace(row=next_row))
+    assert [entry.title for entry in rows_of(first)] == ['Duplicate', 'Delete', 'Move up', 'Move down']
+    for entry in rows_of(first):
+        then.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
+    assert edited == []
+    for entry in rows_of(then):
+        then.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
+    assert edited == [('thing', next_row, operation) for operation in ('duplicate', 'delete', 'up', 'down')]
+
+
+def test_a_menu_without_a_row_has_no_submenu_for_it():
+    server = Inserted()
+    menus = Menus(SimpleNamespace(), lambda _name: None, set(), Selection(shows_all=False))
+    menus.add(server, 'thing', Menu([], False, [('z', SOURCE)], False))
+    assert [entry.title for entry in server.marker.menu_entries if not entry.parent_id][-1] == 'Sources'
+
+
 def test_a_menu_without_choices_says_nothing_of_what_a_drag_changes():
     server, menu = Inserted(), Menu([], False, [('z', SOURCE)], False)
     Menus(SimpleNamespace(), lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)

@@ -78,6 +78,9 @@ class Known:
     def own_first(self, sources):
         return list(sources)
 
+    def row(self, _sources):
+        return None
+
 
 class Hands(Drags):
     """Hands that change no source: a thing that is let go is where it was."""

@@ -6,6 +6,7 @@ from support.browser import PATIENCE
 from support.processes import Node, wait_until
 from support.scenery import marker_node, value
 from support.shell import rosslt
+from support.unmodified import Unmodified
 
 pytestmark = pytest.mark.rostest
 
@@ -36,6 +37,25 @@ WALL = marker_node(
         place.append(value)
     """,
 )
+
+PATROL = """import rospy
+from visualization_msgs.msg import Marker
+
+WAYPOINTS = [
+    (0.25, -1.0),  # the dock
+    (1.25, 3.0),
+]
+rospy.init_node('patrol')
+pub = rospy.Publisher('stop', Marker, queue_size=1)
+stop = Marker(type=Marker.SPHERE)
+stop.header.frame_id = 'world'
+stop.scale.x = stop.scale.y = stop.scale.z = 0.8
+stop.pose.orientation.w = stop.color.a = stop.color.g = 1.0
+while not rospy.is_shutdown():
+    stop.pose.position.x, stop.pose.position.y = WAYPOINTS[0]
+    pub.publish(stop)
+    rospy.sleep(0.05)
+"""
 
 
 @pytest.fixture(scope='module')
@@ -111,3 +131,16 @@ def test_a_refused_drag_is_told_and_the_thing_goes_back(master, browser):
         browser.wait(lambda: not browser.cut_off('[class*=Notification-]:not(button)'), 'all of the notes can be read')
         browser.picture('refused_drag')
         assert float(rosslt('get', '/wall/place').stdout) <= 0.5
+
+
+def test_a_waypoint_is_duplicated_in_the_details(master, browser, tmp_path):
+    with Unmodified(tmp_path, 'patrol', PATROL) as node:
+        browser.wait_for_text('WAYPOINTS_0_0')
+        browser.click_at((0.25, -1.0, 0.0), 'Where it comes from')
+        browser.click('Duplicate')
+        browser.wait_for_text('duplicated WAYPOINTS_0 in patrol.py; it is there at the next start of /patrol')
+        row = '    (0.25, -1.0),  # the dock\n'
+        assert node.file.read_text() == PATROL.replace(row, row * 2)
+        browser.picture('duplicated')
+        browser.click('Close')
+        browser.wait(lambda: 'Where it comes from' not in browser.text, 'the details are closed')

@@ -119,6 +119,29 @@ clicks.update()
 print(clicks.selection.shows_all)
 """
 
+#: The buttons for a row in the details of things with one and without, and what they do.
+ROWS = """
+from unittest import mock
+
+from rosslt import values
+from rosslt.web.details import Details
+
+handle = mock.Mock(tracked=[])
+handle.name = '/stops::1'
+offers = mock.MagicMock()
+offers.choices.return_value, offers.can_be_free.return_value = [], False
+offers.scene.handle.return_value = handle
+for row in (None, values.Source('/patrol', 7)):
+    offers.row.return_value = row
+    gui = mock.MagicMock()
+    Details(offers, mock.MagicMock(), mock.MagicMock(), mock.MagicMock()).show(mock.Mock(gui=gui), handle)
+    print([call[0] for call in gui.add_button_group.call_args_list])
+((click,), _), = gui.add_button_group.return_value.on_click.call_args_list
+for title in gui.add_button_group.call_args[0][1]:
+    click(mock.Mock(target=mock.Mock(value=title)))
+print([(name, source.location_id, operation) for (name, source, operation), _ in offers.edit_row.call_args_list])
+"""
+
 
 def printed(code):
     """What a program prints that finds the page's modules."""
@@ -164,3 +187,9 @@ def test_the_folder_of_many_fields_is_a_button_until_it_is_opened():
 
 def test_each_visitor_selects_a_thing_and_all_are_shown():
     assert printed(CLICKS).split('\n') == ['[]', "['a', 'b']", "['b', 'c']", "['b']", '[]', 'True']
+
+
+def test_the_details_have_buttons_for_the_row_of_a_thing():
+    titles = ['Duplicate', 'Delete', 'Move up', 'Move down']
+    done = [('/stops::1', 7, operation) for operation in ('duplicate', 'delete', 'up', 'down')]
+    assert printed(ROWS).split('\n') == ['[]', str([('Row', titles)]), str(done)]

@@ -225,8 +225,7 @@ def find_in_row(master: rosgraph.Master, directory: Directory, text: str) -> Tup
     is_known = any(place.local_name == wanted for place in places)
     is_row = not is_known and len(rows) == 1 and '' not in rows
     place = begun[0] if is_row else find(master, directory, text)
-    row = place.location.row
-    return place, [one for one in places if one.location.row == row] if row else [place]
+    return place, node.in_row(place, places)
 
 
 def _of_table(text: str, places: Iterable[Place]) -> List[str]:

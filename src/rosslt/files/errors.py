@@ -1,5 +1,6 @@
 """The error of a text file, or of a change of one, with its position."""
 
+import os
 from typing import Optional
 
 from rosslt import values
@@ -16,5 +17,13 @@ class FileError(values.Error):
 
     def __init__(self, file: str, line: Optional[int], column: Optional[int], reason: str) -> None:
         self.file, self.line, self.column, self.reason = file, line, column, reason
-        place = file if line is None else '{}:{}:{}'.format(file, line, column)
-        super().__init__('{}: {}'.format(place, reason))
+        super().__init__(self._told(file))
+
+    @property
+    def brief(self) -> str:
+        """Its text, with the name of the file for its path."""
+        return self._told(os.path.basename(self.file))
+
+    def _told(self, file: str) -> str:
+        place = file if self.line is None else '{}:{}:{}'.format(file, self.line, self.column)
+        return '{}: {}'.format(place, self.reason)

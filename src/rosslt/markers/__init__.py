@@ -1,8 +1,8 @@
 """The room of interactive markers: which of them follow from tracked visualizations, and what a drag changes.
 
-The paper's `slt_visualization` (section V). It may import the rooms `node`, `messages` and `values`, and rospy. Two
-parts know nothing of how things are shown: `scene` says which handles there are, and `drags` what a drag of one
-changes. `rviz` shows a scene as interactive markers; the room `web` shows the same one on a page.
+The paper's `slt_visualization` (section V). It may import the rooms `node`, `messages`, `files` and `values`, and
+rospy. Two parts know nothing of how things are shown: `scene` says which handles there are, and `drags` what a drag of
+one changes. `rviz` shows a scene as interactive markers; the room `web` shows the same one on a page.
 """
 
 from rosslt.markers import geometry
@@ -11,7 +11,7 @@ from rosslt.markers.drags import mouse
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
-from rosslt.markers.offers import FREE, HEADING, UNDO, Choice, Offers
+from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn

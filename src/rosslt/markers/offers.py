@@ -3,8 +3,9 @@
 from typing import Any, Collection, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import numpy
+import rospy
 
-from rosslt import values
+from rosslt import files, node, values
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags.scene_drags import Drags
 from rosslt.markers.scene.handle import Handle
@@ -13,6 +14,18 @@ from rosslt.markers.scene.scene import Scene
 HEADING = 'A drag changes'
 FREE = 'Move the body freely'
 UNDO = 'Undo the last drag'
+ROW = 'Row'
+
+#: {title: what is done with the row of a list that a thing comes from}.
+ROW_OPERATIONS = {
+    'Duplicate': files.DUPLICATE,
+    'Delete': files.DELETE,
+    'Move up': files.UP,
+    'Move down': files.DOWN,
+}
+
+#: How long a node may take to answer what is asked of a row, in seconds.
+TIMEOUT = 2.0
 
 #: A small change, relative to the size of the value.
 NUDGE = 1e-3
@@ -66,6 +79,38 @@ class Offers(NamedTuple):
             self.drags.chosen[handle.name] = tuple([one for one in chosen if one != source])
         else:
             self.drags.chosen[handle.name] = () if source is None else together(handle.tracked, chosen, source)
+
+    def row(self, choices: Sequence[Choice]) -> Optional[values.Source]:
+        """A number of the row of a table that the numbers are in which a drag of a thing changes by default; None if
+        they are in no row, or in several.
+
+        Args:
+            choices: those of the thing.
+        """
+        return self.descriptions.row(choices[0].changed) if choices else None
+
+    def edit_row(self, name: str, source: values.Source, operation: str) -> None:
+        """Do something with the row of a number, in its file, and say at a handle what was done, or why it is refused.
+
+        It waits for the node that has the number.
+
+        Args:
+            name: of the handle.
+            source: the number.
+            operation: one of `files.OPERATIONS`.
+        """
+        try:
+            text = node.edit_row(node.directory(), source, operation, TIMEOUT)
+            rospy.loginfo('%s: %s', name, text)
+        except files.FileError as error:
+            text = f'nothing is written: {error.brief}'
+            rospy.logwarn('%s: nothing is written: %s', name, error)
+        except node.SourceUnreachable as error:
+            text = f'cannot reach {source.node}: {error}'
+            rospy.logwarn('%s: %s', name, text)
+        handle = self.scene.handle(name)
+        if handle is not None:
+            self.scene.say(handle, text)
 
     def can_be_free(self, handle: Handle) -> bool:
         """True if a body can move in all three directions, and so in the plane of the screen too."""

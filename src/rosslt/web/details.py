@@ -1,4 +1,4 @@
-"""The details of a thing that was clicked: where its numbers come from, which of them a drag changes, and undo."""
+"""The details of a thing that was clicked: where it comes from, which numbers a drag changes, its row, and undo."""
 
 import functools
 from typing import Any, Dict, List, Sequence, Set
@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Sequence, Set
 import viser
 
 from rosslt import node, values
-from rosslt.markers import FREE, HEADING, UNDO, Choice, Handle, Offers
+from rosslt.markers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Handle, Offers
 from rosslt.messages import Scalar
 from rosslt.web.flows import Flows
 from rosslt.web.markdown import code
@@ -38,6 +38,7 @@ class Details:
         explained = [node.explain(one) for one in handle.tracked]
         present = values.source_values(handle.tracked)
         choices = self._offers.choices(handle)
+        row = self._offers.row(choices)
         with self._things.lock:
             modal = client.gui.add_modal(name)
             with modal:
@@ -46,6 +47,8 @@ class Details:
                     self._add_choices(client, handle, choices)
                 if self._offers.can_be_free(handle):
                     self._add_free(client, name)
+                if row is not None:
+                    self._add_row(client, name, row)
                 undo = client.gui.add_button(UNDO)
                 close = client.gui.add_button('Close')
                 client.gui.add_markdown('**Data flow**')
@@ -105,3 +108,7 @@ class Details:
         @box.on_update
         def free(_event: viser.GuiEvent) -> None:
             (self._things.free.add if box.value else self._things.free.discard)(name)
+
+    def _add_row(self, client: viser.ClientHandle, name: str, row: values.Source) -> None:
+        buttons = client.gui.add_button_group(ROW, list(ROW_OPERATIONS))
+        buttons.on_click(lambda event: self._offers.edit_row(name, row, ROW_OPERATIONS[event.target.value]))

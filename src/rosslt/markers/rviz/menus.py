@@ -1,4 +1,4 @@
-"""The menu behind a right click on a handle: which source its drags change, where that is, and undo."""
+"""The menu behind a right click on a handle: which source its drags change, where that is, its row, and undo."""
 
 import functools
 from typing import Callable, List, NamedTuple, Optional, Set, Tuple
@@ -8,7 +8,7 @@ from interactive_markers.menu_handler import MenuHandler
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from rosslt import values
-from rosslt.markers.offers import FREE, HEADING, UNDO, Offers
+from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Offers
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.selection import Selection
@@ -16,6 +16,9 @@ from rosslt.markers.scene.selection import Selection
 SHIFT = ' (with Shift: towards you and away)'
 SHOW_ALL = 'Show all handles'
 SOURCES = 'Sources'
+
+#: Where the ids of those entries begin that do something with a row.
+ROW_IDS = 2**30
 
 
 class Menu(NamedTuple):
@@ -26,12 +29,14 @@ class Menu(NamedTuple):
         can_be_free: whether there is an entry to move the body freely.
         sources: (title, source) of those that the numbers come from.
         shows_all: whether all handles are shown.
+        row: a number of the row of a list that the numbers are in; None if they are in none, or in several.
     """
 
     choices: List[Tuple[str, Optional[values.Source], bool]]
     can_be_free: bool
     sources: List[Tuple[str, values.Source]]
     shows_all: bool
+    row: Optional[values.Source] = None
 
 
 class Menus:
@@ -52,12 +57,13 @@ class Menus:
         descriptions = self._offers.descriptions
         if not descriptions.can_change(handle.tracked):
             return None
-        title, is_chosen = self._offers.title, self._offers.is_chosen
+        title, is_chosen, choices = self._offers.title, self._offers.is_chosen, self._offers.choices(handle)
         return Menu(
-            [(title(choice), choice.source, is_chosen(handle, choice)) for choice in self._offers.choices(handle)],
+            [(title(choice), choice.source, is_chosen(handle, choice)) for choice in choices],
             self._offers.can_be_free(handle),
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
+            self._offers.row(choices),
         )
 
     def add(self, server: Server, name: str, menu: Menu) -> None:
@@ -79,7 +85,17 @@ class Menus:
         where = drawn.insert(SOURCES, callback=_ignore)
         for title, source in menu.sources:
             drawn.insert(title, parent=where, callback=functools.partial(self._tell, name, source))
+        if menu.row is not None:
+            self._add_row(drawn, name, menu.row)
         drawn.apply(server, name)
+
+    def _add_row(self, drawn: MenuHandler, name: str, row: values.Source) -> None:
+        # A menu stays open while its handle is drawn anew for another row, as that of the next target of a patrol, and
+        # RViz reports nothing but the id of an entry: each row has its own.
+        drawn.current_handle_ = ROW_IDS + hash(row) % (ROW_IDS // 2)
+        parent = drawn.insert(ROW, callback=_ignore)
+        for title, operation in ROW_OPERATIONS.items():
+            drawn.insert(title, parent=parent, callback=functools.partial(self._edit_row, name, row, operation))
 
     def _choose(self, name: str, source: Optional[values.Source], _feedback: InteractiveMarkerFeedback) -> None:
         handle = self._offers.scene.handle(name)
@@ -96,6 +112,9 @@ class Menus:
 
     def _undo(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._offers.drags.undo(name)
+
+    def _edit_row(self, name: str, row: values.Source, operation: str, _feedback: InteractiveMarkerFeedback) -> None:
+        self._offers.edit_row(name, row, operation)
 
     def _tell(self, name: str, source: values.Source, _feedback: InteractiveMarkerFeedback) -> None:
         text = self._offers.descriptions.in_full(source)

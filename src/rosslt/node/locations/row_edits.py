@@ -1,18 +1,75 @@
 """The row that a location is in, a waypoint of a list say, duplicated, deleted or moved in the file where it stands."""
 
 import json
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+import os
+import re
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
 
-from rosslt import files
+from rosslt import files, values
 from rosslt.messages import Message
-from rosslt.node.locations.directory import Place
+from rosslt.node.change.client import SourceUnreachable
+from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.locations.saving import edits_of, list_edits, origins_of, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
 SCRIPT_TEXT = 'rosslt_script'
+
+#: What was done with a row, and what it is from the next start of its node on.
+_DONE = {
+    files.DUPLICATE: ('duplicated {}', 'it is there at'),
+    files.DELETE: ('deleted {}', 'it is gone at'),
+    files.UP: ('moved {} up', 'it is in its new place by'),
+    files.DOWN: ('moved {} down', 'it is in its new place by'),
+}
+
+
+def edit_row(directory: Directory, source: values.Source, operation: str, timeout: float) -> str:
+    """Do something with the row of a table that a location is in, as `Directory.row_of` finds it, in its file.
+
+    Args:
+        directory: asks the node.
+        source: the location.
+        operation, timeout: as of `row_edit`.
+
+    Returns:
+        What was done, and when it takes effect, as a text for people.
+
+    Raises:
+        FileError: as of `row_edit`, or the file cannot be written; then it is as it was.
+        SourceUnreachable: the node does not answer, or has no such location any more; the message is the reason alone.
+    """
+    places, silent = directory.ask([source.node], timeout)
+    if source.node not in places:
+        raise SourceUnreachable(silent[source.node], silent)
+    place = next((one for one in places[source.node] if one.source == source), None)
+    if place is None:
+        reason = 'it has that number no more'
+        raise SourceUnreachable(reason, {source.node: reason})
+    row = in_row(place, places[source.node])
+    found = row_edit(place, row, operation, timeout)
+    found.write()
+    done, state = _DONE[operation]
+    file = os.path.basename(found.place.rpartition(':')[0])
+    when = f'`rosslt launch` of {file}' if found.origins else f'start of {place.node}'
+    return f'{done.format(_name_of(row))} in {file}; {state} the next {when}'
+
+
+def in_row(place: Place, places: Iterable[Place]) -> List[Place]:
+    """Those of the locations of a node that are in the row of one of them; that one alone if it is in none."""
+    row = place.location.row
+    return [one for one in places if one.location.row == row] if row else [place]
+
+
+def _name_of(row: Sequence[Place]) -> str:
+    """What the names of the numbers of a row begin with, `WAYPOINTS_2`; its line if they have no names."""
+    if not row[0].location.is_named:
+        return f'line {row[0].location.line}'
+    names = [place.local_name for place in row]
+    begun = os.path.commonprefix(names)
+    return re.sub('[_/][^_/]*$', '', begun) if names[1:] else begun
 
 
 class RowEdit(NamedTuple):

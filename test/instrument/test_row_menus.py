@@ -1,0 +1,91 @@
+"""Rows of a list, waypoints say, which are duplicated, moved and deleted in the menus of their handles."""
+
+import subprocess
+
+import pytest
+
+from support.hand import Hand
+from support.processes import wait_until
+from support.shell import failure, rosslt
+from support.unmodified import Unmodified
+
+pytestmark = pytest.mark.rostest
+
+PATROL = """import rospy
+from visualization_msgs.msg import Marker, MarkerArray
+
+WAYPOINTS = [
+    (0.25, 1.0),  # the dock
+    (1.25, 3.0),
+    (2.25, 1.5),
+]
+HEIGHT = 0.75
+rospy.init_node('patrol')
+pub = rospy.Publisher('stops', MarkerArray, queue_size=1)
+
+
+def ball(number, x, y):
+    made = Marker(id=number, type=Marker.SPHERE)
+    made.header.frame_id = 'world'
+    made.scale.x = made.scale.y = made.scale.z = made.color.a = 1
+    made.pose.orientation.w = 1
+    made.pose.position.x, made.pose.position.y, made.pose.position.z = x, y, HEIGHT
+    return made
+
+
+while not rospy.is_shutdown():
+    balls = [ball(number, x, y) for number, (x, y) in enumerate(WAYPOINTS)]
+    between = ball(3, (WAYPOINTS[0][0] + WAYPOINTS[1][0]) / 2, WAYPOINTS[1][1])
+    pub.publish(MarkerArray(markers=balls + [between]))
+    rospy.sleep(0.05)
+"""
+
+
+@pytest.fixture(scope='module')
+def hand(master):
+    markers = subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdin=subprocess.DEVNULL)
+    yield Hand()
+    markers.terminate()
+    markers.wait(20)
+
+
+def titles(hand, name):
+    """The titles of a handle's menu, and of its submenu `Row`."""
+    entries = hand.marker(name).menu_entries
+    rows = [entry.id for entry in entries if entry.title == 'Row']
+    return [entry.title for entry in entries if not entry.parent_id], [
+        entry.title for entry in entries if entry.parent_id in rows
+    ]
+
+
+def said(hand, name, text):
+    """Wait for a note at a handle that has a text, on whatever lines."""
+    note = name + ':note'
+    wait_until(
+        lambda: note in hand.names() and text in ' '.join(hand.marker(note).controls[0].markers[0].text.split()),
+        lambda: f'{text!r} to be said; it is {hand.marker(note).controls[0].markers[0].text!r}',
+    )
+
+
+def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
+    with Unmodified(tmp_path, 'patrol', PATROL) as node:
+        wait_until(lambda: 'Row' in titles(hand, '/stops::1')[0], 'the row is known')
+        assert titles(hand, '/stops::1')[1] == ['Duplicate', 'Delete', 'Move up', 'Move down']
+        wait_until(lambda: any('HEIGHT' in title for title in titles(hand, '/stops::3')[0]), 'its numbers are known')
+        assert 'Row' not in titles(hand, '/stops::3')[0]
+
+        hand.choose('/stops::1', 'Duplicate')
+        said(hand, '/stops::1', 'duplicated WAYPOINTS_1 in patrol.py; it is there at the next start of /patrol')
+        twice = PATROL.replace('    (1.25, 3.0),\n', '    (1.25, 3.0),\n' * 2)
+        assert node.file.read_text() == twice
+
+        hand.choose('/stops::0', 'Move up')
+        refusal = 'patrol.py:5:5: it is the first row of its list, and cannot move up'
+        said(hand, '/stops::0', 'nothing is written: ' + refusal)
+        assert failure('row', 'up', '/patrol/WAYPOINTS_0') == f'rosslt row: nothing is written: {tmp_path}/{refusal}'
+        assert node.file.read_text() == twice
+
+        assert rosslt('set', '/patrol/WAYPOINTS_2_0', '2.5').returncode == 0
+        hand.choose('/stops::2', 'Delete')
+        said(hand, '/stops::2', 'WAYPOINTS_2_0 is changed, and not saved: `rosslt save /patrol` first')
+        assert node.file.read_text() == twice
