@@ -165,6 +165,12 @@ def test_what_is_assigned_twice_is_counted():
     assert literal_names(tree, literals) == ['v', 'v.2', 'v.3', 'u']
 
 
+def test_the_default_of_a_field_is_called_after_its_class():
+    tree = ast.parse('class Station:\n    wait: float = 2.0\n    limit = 3.0')
+    literals = [(one.value, name) for one, name in zip(tree.body[0].body, ['wait', 'limit'])]
+    assert literal_names(tree, literals) == ['Station.wait', 'limit']
+
+
 def test_lines_and_columns_are_no_part_of_a_name():
     text = 'def drive():\n    goto([1.0, 2.0], speed=3.0)\n'
     assert names(text) == names('import math\n\n' + text.replace('1.0', '100.25')) == ['goto.0', 'goto.1', 'goto.speed']

@@ -178,10 +178,14 @@ class State:
 class Shared:
     x: float = 3.5
 
+@dataclass
+class Several:
+    x: float = 5.5
+
 def main():
     rospy.init_node('starts')
     pub = rospy.Publisher('~place', Point, queue_size=1)
-    robots = [Default(), Given(4.5), State(), Shared()]
+    robots = [Default(), Given(4.5), State(), Shared(), Several(6.5), Several(7.5)]
     rate = rospy.Rate(20)
     end = rospy.Time.now() + rospy.Duration(1.0)
     while rospy.Time.now() < end:
@@ -221,7 +225,7 @@ def test_what_the_program_runs_once_counts_until_it_is_over(master, tmp_path):
         heard.comes(lambda message: message.x == 95.5)
         values = {line[0].split('/', 2)[2]: (line[2], bool(line[9])) for line in lines('list', '/starts', '--all')}
         said = dict(values.values())
-        assert [said[number] for number in ('1.5', '4.5', '2.5')] == [True, True, True], values
+        assert [said[number] for number in ('1.5', '4.5', '2.5', '5.5')] == [True] * 4, values
         assert not said['3.5']  # a callback may make one
         assert said['95.5']
 

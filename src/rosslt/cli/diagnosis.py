@@ -8,6 +8,7 @@ import contextlib
 import io
 import os
 import threading
+import time
 from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Set, Tuple
 
 import rosgraph
@@ -97,16 +98,19 @@ class Traffic:
     """The messages that came on topics while the command listened.
 
     Args:
-        received: the messages.
-        seconds: for how long it listened.
+        received: the messages, as they come.
         field: the path of the part of its messages that is looked at; '' for all.
+
+    Attributes:
+        seconds: for how long it listened.
     """
 
-    def __init__(self, received: Iterable[Heard], seconds: float, field: str = '') -> None:
-        self.seconds = seconds
+    def __init__(self, received: Iterable[Heard], field: str = '') -> None:
+        begin = time.monotonic()
         self._streams: Dict[Tuple[str, str], Stream] = {}
         for message in received:
             self._streams.setdefault((message.topic, message.publisher), Stream()).add(message, field)
+        self.seconds = time.monotonic() - begin
 
     def of(self, topic: str, publisher: str) -> Stream:
         """The messages that a node sent on a topic."""

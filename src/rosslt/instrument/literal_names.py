@@ -33,7 +33,7 @@ def literal_names(tree: ast.Module, nodes: Sequence[Tuple[ast.expr, Optional[str
         if isinstance(child, ast.AST)
     }
     signatures = Signatures(tree)
-    assigned = [name and re.sub(r'^self\.', '', name) for _, name in nodes]
+    assigned = [name and '.'.join([*_owner(node, places), re.sub(r'^self\.', '', name)]) for node, name in nodes]
     waiting: Set[Optional[str]] = set(filter(None, assigned))  # of which none has been met yet
     taken = set(waiting)
     found: List[Optional[str]] = []
@@ -72,6 +72,14 @@ def _words(node: ast.AST, places: _Places, signatures: Signatures) -> List[str]:
             return (_assigned(parent, words) or ([called] if called else _function(parent, places))) + words[::-1]
         node = parent
     return []
+
+
+def _owner(node: ast.AST, places: _Places) -> List[str]:
+    """The class of which a literal is the default of a field, as of a dataclass; none for others."""
+    statement, _, _ = places.get(id(node), (None, '', 0))
+    owner, _, _ = places.get(id(statement), (None, '', 0))
+    is_field = isinstance(statement, ast.AnnAssign) and isinstance(owner, ast.ClassDef)
+    return [owner.name] if is_field and isinstance(owner, ast.ClassDef) else []
 
 
 def _argument(call: ast.Call, index: int, signatures: Signatures) -> List[str]:

@@ -90,7 +90,9 @@ def code_run_once(tree: ast.Module) -> Tuple[Dict[int, Place], Dict[Code, List[W
                 code = _code_of(function)
                 if isinstance(function, ast.FunctionDef):
                     places.update(_places(function.body, code))
-                if is_apart and not is_method and all(call.code in ways for call in calls):
+                # nothing of a dataclass runs that could be in the middle of one of several calls
+                is_told_apart = is_apart or isinstance(function, ast.ClassDef)
+                if is_told_apart and not is_method and all(call.code in ways for call in calls):
                     ways[code] = [(*way, call) for call in calls for way in ways[call.code]]
 
 

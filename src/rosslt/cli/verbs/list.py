@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
     places = listed(places, options.all or asked is not None)
     for found in places.values():
-        found.sort(key=lambda place: place.location.rank)
+        found.sort(key=lambda place: 0 if place.location.row else place.location.rank)
     show = _show if is_terminal() else _write
     access = locks_of(places)
     for node in nodes:
