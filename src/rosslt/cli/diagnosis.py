@@ -425,7 +425,7 @@ class Examination:
             frames = self._traffic.frames(topic)
             for frame in sorted(frames & apart.keys()):
                 fixed = apart[frame]
-                why = f'no transform joins it to {fixed}, the frame of most topics'
+                why = f'no transform joins it to {fixed}, the root of most topics'
                 how = f'rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 {fixed} {frame}'
                 yield Finding(FAULT, f'RViz gets no handles of what is in the frame {frame}: {why}; try `{how}`')
             if frames - apart.keys() or not frames:

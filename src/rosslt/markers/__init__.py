@@ -11,6 +11,7 @@ from rosslt.markers.drags import mouse
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
+from rosslt.markers.frame_roots import most_common_root
 from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import open_rviz
 from rosslt.markers.rviz.node import run

@@ -1,18 +1,13 @@
 """The frames of tf, shown as branches of the page's tree of things, so that things in a frame move with it."""
 
-import collections
-import re
-from typing import ContextManager, Counter, Dict, Optional
+from typing import ContextManager, Dict, Optional
 from urllib.parse import quote
 
 import rospy
 import tf2_ros
 import viser
 
-from rosslt.markers import geometry
-
-#: A frame, and the one that it hangs on, in tf's text about all frames: YAML, except for names that YAML would quote.
-_PARENT = re.compile(r"^(\S.*): *\n  parent: '(.*)'$", re.MULTILINE)
+from rosslt.markers import geometry, most_common_root
 
 AT_ORIGIN: geometry.PoseTuple = (0.0, 0.0, 0.0, *geometry.IDENTITY)
 
@@ -59,7 +54,7 @@ class Frames:
         """Have the root of most frames stand still, unless a different frame was chosen."""
         with self._lock:
             if not self._chosen and self._branches:
-                self._fixed = self._most_common_root()
+                self._fixed = most_common_root(self._buffer, self._branches)
 
     def _place(self, frame: str) -> None:
         pose = self._look_up(frame)
@@ -84,14 +79,3 @@ class Frames:
         move, turn = found.translation, found.rotation
         rotation = geometry.normalized(float(turn.x), float(turn.y), float(turn.z), float(turn.w))
         return (float(move.x), float(move.y), float(move.z), *rotation)
-
-    def _most_common_root(self) -> str:
-        parents = dict(_PARENT.findall(self._buffer.all_frames_as_yaml()))
-        roots: Counter[str] = collections.Counter()
-        for frame in self._branches:
-            passed = set()
-            while frame in parents and frame not in passed:  # tf takes frames that hang on each other in a circle
-                passed.add(frame)
-                frame = parents[frame]
-            roots[frame] += 1
-        return max(roots, key=lambda root: roots[root])

@@ -158,7 +158,7 @@ class Shown:
     """The displays that RViz has, and those that it is to get next.
 
     Args:
-        fixed_frame: RViz's fixed frame; by default the one that most topics use.
+        fixed_frame: RViz's fixed frame; by default the root of most topics' frames.
 
     Attributes:
         frame: RViz's fixed frame.
@@ -168,14 +168,14 @@ class Shown:
         self.frame = fixed_frame or WORLD
         scene, self._robot = Scene(Settings()), Robot()
         self._fixed = FixedFrame(scene, fixed_frame)
-        # At present, at the last look, and as shown: {topic: type}, and whether there is a robot.
-        self._present: Tuple[Dict[str, str], bool] = {}, False
+        # At present, at the last look, and as shown: {topic: type}, whether there is a robot, and the fixed frame.
+        self._present: Tuple[Dict[str, str], bool, str] = {}, False, ''
         self._before = self._shown = self._present
         Watch(scene, also=[self._fixed.look, self._look])
 
     def _look(self, graph: Graph) -> None:
         has_robot = self._robot.is_there(graph.types, graph.publishers)
-        self._present = {topic: graph.types[topic] for topic in self._fixed.topics}, has_robot
+        self._present = {topic: graph.types[topic] for topic in self._fixed.topics}, has_robot, self._fixed.name
 
     def update(self, rviz: str, path: str) -> None:
         """Have RViz show the present topics, once no more appear; changes that a person made in RViz are kept."""
@@ -190,8 +190,8 @@ class Shown:
         with open(path, encoding='utf-8') as file:
             saved = yaml.safe_load(file)
         manager = saved['Visualization Manager']
-        manager['Displays'] = merged(manager['Displays'], displays_of(*present))
-        frame = self._fixed.name() or self.frame
+        manager['Displays'] = merged(manager['Displays'], displays_of(*present[:2]))
+        frame = present[2] or self.frame
         if manager['Global Options']['Fixed Frame'] == self.frame:
             manager['Global Options']['Fixed Frame'] = frame
         self.frame = frame

@@ -3,40 +3,42 @@
 An RViz that is shown an interactive marker in a frame that nothing joins to its fixed frame shows none at all.
 """
 
-import collections
 from typing import Dict, Set
 
 import rospy
 import tf2_ros
 
+from rosslt.markers.frame_roots import most_common_root
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Graph
 
 
 class FixedFrame:
-    """RViz's fixed frame: the one that a person has chosen, or that most topics use.
+    """RViz's fixed frame: the one that a person has chosen, or the root of the frames of most topics: a frame that is
+    dragged would run away from the mouse if it was the one that stands still.
 
     Args:
         scene: shows what is in which frame.
         chosen: by a person; '' if nobody has chosen one.
 
     Attributes:
+        name: its name; '' if nothing is shown yet.
         topics: {topic that can be dragged: the frame of one of its things}.
+        buffer: of tf.
     """
 
     def __init__(self, scene: Scene, chosen: str = '') -> None:
         self._scene, self._chosen = scene, chosen.lstrip('/')
+        self.name = self._chosen
         self.topics: Dict[str, str] = {}
+        self.buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self.buffer)
 
     def look(self, graph: Graph) -> None:
         """Take in what the scene shows; a topic that shows nothing for a while counts until it is gone."""
         found = {**self.topics, **self._scene.topics()}
         self.topics = {topic: frame.lstrip('/') for topic, frame in found.items() if topic in graph.types}
-
-    def name(self) -> str:
-        """Its name; '' if nothing is shown yet. Of frames with as many topics, it is the first one by name."""
-        uses = collections.Counter(self.topics.values())
-        return self._chosen or max(sorted(uses), key=lambda frame: uses[frame], default='')
+        self.name = self._chosen or most_common_root(self.buffer, self.topics.values())
 
 
 class JoinedFrames:
@@ -47,8 +49,7 @@ class JoinedFrames:
     """
 
     def __init__(self, fixed: FixedFrame) -> None:
-        self._fixed, self._buffer = fixed, tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._fixed = fixed
         self._is_joined: Dict[str, bool] = {}
         self._apart: Set[str] = set()
         self._told: Set[str] = set()
@@ -71,12 +72,12 @@ class JoinedFrames:
         Args:
             parameter: its name, which `rosslt doctor` reads: a list of [frame, fixed frame].
         """
-        fixed = self._fixed.name()
+        fixed = self._fixed.name
         apart = {frame for frame in self._fixed.topics.values() if not self._find(frame)}
         lasting, self._apart = apart & self._apart, apart
         for frame in sorted(lasting - self._told):
             rospy.logwarn(
-                'RViz gets no handles of what is in the frame %s: no transform joins it to %s, the frame of most '
+                'RViz gets no handles of what is in the frame %s: no transform joins it to %s, the root of most '
                 'topics (the parameter ~fixed_frame chooses a different one)',
                 frame,
                 fixed,
@@ -86,5 +87,5 @@ class JoinedFrames:
             rospy.set_param(parameter, [[frame, fixed] for frame in sorted(lasting)])
 
     def _find(self, frame: str) -> bool:
-        fixed = self._fixed.name()
-        return not fixed or frame == fixed or bool(self._buffer.can_transform(fixed, frame, rospy.Time()))
+        fixed = self._fixed.name
+        return not fixed or frame == fixed or bool(self._fixed.buffer.can_transform(fixed, frame, rospy.Time()))
