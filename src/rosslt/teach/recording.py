@@ -46,7 +46,8 @@ class Written(NamedTuple):
 class Recording:
     """Records what a hand does to a handle of a scene, and has the thing go back as the hand lets go.
 
-    To a hand, it is a `Drags`.
+    To a hand, it is a `Drags`. A thing of a live script stays meanwhile: the text of the script would follow each
+    step, and keep the digits of the longest.
 
     Args:
         drags: the hands of the scene.
@@ -65,6 +66,7 @@ class Recording:
         self._drags, self._scene, self._name_of = drags, scene, name_of
         self._tolerance, self._lever = tolerance, lever
         self._led: Optional[Led] = None
+        self._is_in_script = False
         self.ended: Optional[Led] = None
 
     # As Drags.
@@ -85,6 +87,9 @@ class Recording:
         """A hand has moved a handle."""
         if self._led is not None:
             self._led.poses.append(pose)
+        if self._is_in_script:
+            self._drags.keep(name, hand)
+            return True
         return self._drags.move(name, frame, pose, hand)
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
@@ -112,6 +117,7 @@ class Recording:
                 continue
             try:
                 node.row_additions([place], [], TIMEOUT)
+                self._is_in_script = node.is_in_script(place)
                 return
             except (files.FileError, node.SourceUnreachable) as error:
                 refusals.append(f'{place.name}: {error}')
@@ -146,7 +152,10 @@ class Recording:
     def _places(self, sources: Sequence[values.Source]) -> List[node.Place]:
         if not sources:
             raise NotTaught('it has no numbers that change on the way')
-        places = [node.directory().of(source) for source in sources]
+        directory = node.directory()
+        directory.forget(sources)  # of a live script, they stand elsewhere after each edit
+        directory.learn(sources, TIMEOUT)
+        places = [directory.of(source) for source in sources]
         known = [place for place in places if place is not None]
         if len(known) < len(places):
             raise NotTaught('it is not known where its numbers stand')
