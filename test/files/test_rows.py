@@ -8,7 +8,14 @@ from collections import Counter
 import pytest
 import yaml
 
-from rosslt.files import FileError, inline_row_edits, python_row_edits, replaced, yaml_row_edits
+from rosslt.files import (
+    FileError,
+    inline_row_edits,
+    python_row_additions,
+    python_row_edits,
+    replaced,
+    yaml_row_edits,
+)
 from rosslt.files.rows import operate
 
 
@@ -307,3 +314,73 @@ def test_random_operations_do_what_they_do_with_a_list(seed):
             assert layout.after(made, back[1], back[0]) == text
         else:
             assert not lines_but_commas(made) - lines_but_commas(text), made
+
+
+ROUTE = """\
+ROUTE = [  # all
+    Stop(x=1.00, y=-2., name='a', speed=1e-1),  # the dock
+    Stop(x=3.00, y=4., name='b', speed=2e-1)]  # the door
+"""
+
+
+def with_rows(text, marked, *added):
+    """A Python text with rows below the one in which some texts stand, in which these are other numbers."""
+    places = []
+    for one in marked:
+        place = text.index(one)
+        before = re.split(r'\r\n|\r|\n', text[:place])
+        places.append((len(before), len(before[-1]) + 1))
+    content = text.encode()
+    return replaced(content, python_row_additions('a.py', content, places, added)).decode()
+
+
+@pytest.mark.parametrize('newline', ['\n', '\r\n'])
+def test_added_rows_are_written_as_the_row_above_them(newline):
+    text = ROUTE.replace('\n', newline)
+    made = with_rows(text, ['-2.', '1.00'], (0.5, 1.5), (-1.25, 2.0), (3.0, -1e-3))
+    lines = made.split(newline)
+    assert lines[2:5] == [
+        "    Stop(x=1.50, y=0.5, name='a', speed=1e-1),",
+        "    Stop(x=2.00, y=-1.25, name='a', speed=1e-1),",
+        "    Stop(x=-0.001, y=3., name='a', speed=1e-1),",
+    ]
+    assert newline.join([*lines[:2], *lines[5:]]) == text
+
+
+def test_rows_added_below_the_last_one_stand_in_front_of_the_bracket():
+    made = with_rows(ROUTE, ['3.00'], (5.0,), (6.0,))
+    assert made == ROUTE.replace(
+        'speed=2e-1)]',
+        "speed=2e-1),\n    Stop(x=5.00, y=4., name='b', speed=2e-1),\n    Stop(x=6.00, y=4., name='b', speed=2e-1)]",
+    )
+    assert (
+        with_rows('A = [(1.0, 2.0),\n     (2, 3)]', ['1.0'], (0.5,))
+        == 'A = [(1.0, 2.0),\n     (0.5, 2.0),\n     (2, 3)]'
+    )
+    assert with_rows('goto(1, 2)  # in\ngoto(3, 4)', ['3', '4'], (5, 6), (7, 8.5)) == (
+        'goto(1, 2)  # in\ngoto(3, 4)\ngoto(5, 6)\ngoto(7, 8.5)'
+    )
+    assert with_rows(LIST, ['4.0'], (5.5,)) == LIST.replace('4.0]', '4.0],').replace(
+        'door\n', 'door\n    [3.0,\n     5.5]\n'
+    )
+
+
+@pytest.mark.parametrize(
+    ('text', 'marked', 'reason'),
+    [
+        (ROUTE, ['1.00', '3.00'], 'no number of the row in line 2 stands here'),
+        (ROUTE, ["'a'"], 'no number of the row in line 2 stands here'),
+        ('X = 1.0\n', ['1.0'], 'no list of alike rows stands here'),
+        ('X = [[1.0, 2.0], [3.0]]\n', ['1.0'], 'it is no row of a list of alike ones'),
+        ('X = [[1.0, 2.0], [3.0, 4.0]]\n', ['1.0'], 'put each on a line of its own'),
+    ],
+)
+def test_what_is_no_number_of_one_row_gets_no_rows(text, marked, reason):
+    with pytest.raises(FileError, match=reason):
+        with_rows(text, marked, [0.5] * len(marked))
+    with pytest.raises(FileError, match=reason):
+        with_rows(text, marked)
+
+
+def test_no_rows_added_change_nothing():
+    assert with_rows(LIST, ['4.0']) == LIST

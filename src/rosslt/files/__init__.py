@@ -13,7 +13,7 @@ from rosslt.files.inline_yaml import inline_edits, inline_row_edits
 from rosslt.files.launch_text import ORIGINS, ParamChange, param_edits
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal, Positions
-from rosslt.files.python_rows import python_row_edits
+from rosslt.files.python_rows import python_row_additions, python_row_edits
 from rosslt.files.python_source import Edit, Followed, SourceText, changed_elsewhere, digest_of, followed, replaced
 from rosslt.files.rows import DELETE, DOWN, DUPLICATE, OPERATIONS, UP, index_after
 from rosslt.files.transaction import unified_diff, write

@@ -1,9 +1,10 @@
 """Rows in Python: elements of lists and tuples, and alike calls in neighbouring statements."""
 
 import ast
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.files import rows
+from rosslt.files.notation import Scalar
 from rosslt.files.python_literals import Positions
 from rosslt.files.python_source import Edit, SourceText, comment_starts, replaced
 
@@ -52,6 +53,52 @@ def python_row_edits(file: str, content: bytes, line: int, column: int, operatio
         return _edits(source, line, column, operation)
     except (RecursionError, MemoryError):
         raise rows.refusal(file, source.text, 0, 'it is nested too deeply') from None
+
+
+def python_row_additions(
+    file: str, content: bytes, places: Sequence[Tuple[int, int]], added: Sequence[Sequence[Scalar]]
+) -> List[Edit]:
+    """Make the edits that add copies of a row of a Python file below it, in which some numbers are others.
+
+    Args:
+        file: its path.
+        content: all of it.
+        places: line and column of each of these numbers in the row, from 1, in characters.
+        added: for each copy, what they are there. Each is written in the manner of the one in the row.
+
+    Raises:
+        FileError: a number does not stand there, they are not all in one row of a list of alike ones, or a number
+            cannot stand in the place of the old one.
+    """
+    source = SourceText(file, content)
+    try:
+        return _additions(source, places, added)
+    except (RecursionError, MemoryError):
+        raise rows.refusal(file, source.text, 0, 'it is nested too deeply') from None
+
+
+def _additions(source: SourceText, places: Sequence[Tuple[int, int]], added: Sequence[Sequence[Scalar]]) -> List[Edit]:
+    tree, positions = ast.parse(source.text), Positions(source.text)
+    found = _row_at(source, tree, *places[0])
+    row = _row_of(source, positions, found)
+    first, last = row.ranges[row.position]
+    offsets: List[int] = []
+    for line, column in places:
+        place = rows.place_of(source.text, line, column)
+        if source.number_at(line, column) is None or not first <= place < last:
+            reason = f'no number of the row in line {rows.line_of(source.text, first)} stands here'
+            raise rows.refusal(source.path, source.text, place, f'{reason}; edit the file by hand')
+        offsets.append(place - first)
+    changed, starts = rows.with_copies(row, len(added))
+    copied = SourceText(source.path, replaced(source.content, [source.edit(0, len(source.text), changed)]))
+    for _ in added:
+        rows.operate(found.siblings, found.position, rows.DUPLICATE)
+    if ast.dump(copied.tree) != ast.dump(tree):
+        raise row.refusal('the file would not say the same otherwise; edit it by hand', first)
+    at = {literal.start: index for index, literal in enumerate(copied.numbers)}
+    wanted = {at[start + offset]: value for start, one in zip(starts, added) for offset, value in zip(offsets, one)}
+    made = SourceText(source.path, replaced(copied.content, copied.edits(wanted)))
+    return [source.edit(*rows.difference(source.text, made.text))] if added else []
 
 
 def _edits(source: SourceText, line: int, column: int, operation: str) -> List[Edit]:

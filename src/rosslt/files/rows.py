@@ -152,6 +152,28 @@ def after(rows: Rows, operation: str) -> str:
     return _swapped(rows.text, found[upper], found[upper + 1])
 
 
+def with_copies(rows: Rows, count: int) -> Tuple[str, List[int]]:
+    """The text with copies of a row below it, and where each of them begins.
+
+    The comment at the end of the row stays with the row.
+
+    Raises:
+        FileError: the rows do not stand on lines of their own.
+    """
+    found = _found(rows)
+    text, row = rows.text, found[rows.position]
+    element, comma, line_break = text[row.start : row.end], text[row.end : row.comma], _line_break(rows, found)
+    is_alone = row.tail == row.comma  # and no bracket stands behind it, which would have to go below the copies
+    rest = row.line_end if is_alone else row.comma
+    changed = text[: row.end] + (comma or rows.separator) + text[row.tail : row.line_end] * is_alone
+    starts: List[int] = []
+    for number in range(count):
+        changed += line_break
+        starts.append(len(changed))
+        changed += element + (comma if number == count - 1 else comma or rows.separator)
+    return changed + text[rest:], starts
+
+
 def difference(before: str, changed: str) -> Tuple[int, int, str]:
     """The range of a text in which another differs from it, and what that has there: start, end and a text."""
     least = min(len(before), len(changed))
@@ -206,23 +228,28 @@ def _swapped(text: str, one: Row, other: Row) -> str:
 
 def _duplicated(rows: Rows, found: List[Row]) -> str:
     text, row = rows.text, found[rows.position]
+    return ''.join(
+        (
+            text[: row.end],
+            text[row.end : row.comma] or rows.separator,
+            text[row.tail : row.line_end],
+            _line_break(rows, found),
+            text[row.start : row.end],
+            text[row.end :],
+        )
+    )
+
+
+def _line_break(rows: Rows, found: List[Row]) -> str:
+    """What stands between a row and a copy of it below: a line break and the indentation."""
+    text, row = rows.text, found[rows.position]
     indentation = _indentation(text, row.start)
     if indentation.strip(' \t'):
         # The first row stands behind what opens the list.
         below = found[1:2]
         indentation = _indentation(text, below[0].start) if below else re.sub(r'[^\t]', ' ', indentation)
     newline = _NEWLINE.search(text, row.line_end) or _NEWLINE.search(text)
-    return ''.join(
-        (
-            text[: row.end],
-            text[row.end : row.comma] or rows.separator,
-            text[row.tail : row.line_end],
-            newline[0] if newline else '\n',
-            indentation,
-            text[row.start : row.end],
-            text[row.end :],
-        )
-    )
+    return (newline[0] if newline else '\n') + indentation
 
 
 def _deleted(rows: Rows, found: List[Row]) -> str:

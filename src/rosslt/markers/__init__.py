@@ -9,6 +9,7 @@ from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import mouse
 from rosslt.markers.drags.scene_drags import Drags, Rules
+from rosslt.markers.drags.waypoints import solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
 from rosslt.markers.frame_roots import most_common_root

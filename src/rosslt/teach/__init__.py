@@ -2,12 +2,13 @@
 
 A device is a hand on one more view of a scene. What it changes, and what is refused, is decided in `markers`, as for a
 mouse. A `Matcher` changes without a scene: what is commanded becomes what is measured when one of `Presses` comes. The
-room may import the rooms `markers`, `node`, `messages` and `values`, and rospy. Its door is this module: `device` finds
-one, and a `Teacher` has it move a thing.
+room may import the rooms `markers`, `node`, `files`, `messages` and `values`, and rospy. Its door is this module:
+`device` finds one, and a `Teacher` has it move a thing.
 """
 
 from rosslt.teach.devices import DEVICES, TF, WAYS, Joystick, NotTaught, Options, device
 from rosslt.teach.matcher import Answer, Matcher
 from rosslt.teach.pairing import Field
 from rosslt.teach.presses import SERVICE, Presses
+from rosslt.teach.recording import Recording, Written
 from rosslt.teach.teacher import Teacher

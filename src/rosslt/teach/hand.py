@@ -1,7 +1,7 @@
 """The hand of a device: it takes hold of a thing, moves it by the steps of the device, and lets go."""
 
 import math
-from typing import Callable, List, Optional, Sequence, Set, Tuple
+from typing import Callable, List, Optional, Sequence, Set, Tuple, Union
 
 import genpy
 
@@ -9,6 +9,7 @@ from rosslt.markers import Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
 from rosslt.teach.devices import WAYS, Device, Options, Step, Unusable
 from rosslt.teach.filtering import Filter
+from rosslt.teach.recording import Recording
 from rosslt.teach.turning import rotation_of, scaled
 
 #: The time after which a device of which nothing is heard has let go, in seconds.
@@ -23,7 +24,7 @@ class Hand:
 
     Args:
         device: moves it.
-        drags: the hands of the scene.
+        drags: the hands of the scene, or what records them.
         name: whose hand it is.
         options: what the user has chosen for the device.
         grasp: gives the thing, the ways in which it can be moved, and where it is shown; None if it is not.
@@ -36,7 +37,7 @@ class Hand:
     def __init__(
         self,
         device: Device,
-        drags: Drags,
+        drags: Union[Drags, Recording],
         name: str,
         options: Options,
         grasp: Callable[[], Optional[Tuple[Handle, Motions, PoseTuple]]],

@@ -27,6 +27,7 @@ from rosslt.markers import (
 from rosslt.markers.geometry import PoseTuple
 from rosslt.teach.devices import Device, Frame, Joystick, NotTaught, Options
 from rosslt.teach.hand import SILENCE, Hand
+from rosslt.teach.recording import Recording, Written
 
 #: Shows whether the hand holds the thing, where it is, and {name: value} of its sources.
 Show = Callable[[bool, Sequence[float], Dict[str, Any]], None]
@@ -45,6 +46,9 @@ class Teacher(Follower):
 
     Args:
         say: is called with each text that stands at the thing, and with what is wrong with the device.
+
+    Attributes:
+        recording: of what its hand does; None if the thing stays where the hand lets go.
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -55,6 +59,7 @@ class Teacher(Follower):
         self._there: Dict[str, Tuple[Motions, PoseTuple]] = {}  # by name: what is shown, and where
         self._name, self._said = '', ''
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
+        self.recording: Optional[Recording] = None
         Watch(scene)
 
     # As a view.
@@ -78,6 +83,16 @@ class Teacher(Follower):
             self._say(short_numbers(text))
 
     # For the command.
+
+    def record(self, tolerance: float, lever: float, show: Callable[[Written], None]) -> None:
+        """Have each path of the hand become rows, and the thing go back.
+
+        Args:
+            tolerance, lever: as of a Recording.
+            show: is called with what was written.
+        """
+        self.recording = Recording(self._drags, self._scene, tolerance, lever, self._descriptions.name)
+        self._show_written = show
 
     def find(self, target: str, timeout: float, device: Device) -> str:
         """The name of the handle that is meant.
@@ -109,6 +124,9 @@ class Teacher(Follower):
         if isinstance(device, Frame):
             handle = self._scene.handle(found[0])
             device.begin(handle.frame if handle is not None else '', max(end - time.monotonic(), 1.0))
+        handle = self._scene.handle(found[0])
+        if self.recording is not None and handle is not None:
+            self.recording.check(handle)
         return found[0]
 
     def teach(
@@ -133,7 +151,7 @@ class Teacher(Follower):
             show: is called some thirty times a second.
         """
         self._name = name
-        hand = Hand(device, self._drags, by, options, functools.partial(self._grasp, name), self._say)
+        hand = Hand(device, self.recording or self._drags, by, options, functools.partial(self._grasp, name), self._say)
         subscribers = [rospy.Subscriber(topic, device_class, self._note, False, tcp_nodelay=True)]
         if clutch:
             subscribers.append(rospy.Subscriber(clutch, Joy, self._note, True, tcp_nodelay=True))
@@ -142,13 +160,28 @@ class Teacher(Follower):
                 self._obey(hand, Joystick(options), bool(clutch), show)
         finally:
             hand.let_go()
-            end = time.monotonic() + ENDING
-            while self._scene.is_held(name) and time.monotonic() < end and not rospy.is_shutdown():
-                rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+            self._wait_until_let_go()
+            self._write_led()
             for subscriber in subscribers:
                 subscriber.unregister()
         self._keep_up()  # a refusal of the last change is said
         self._show(hand, show)
+
+    def _wait_until_let_go(self) -> None:
+        end = time.monotonic() + ENDING
+        while self._scene.is_held(self._name) and time.monotonic() < end and not rospy.is_shutdown():
+            rospy.rostime.wallsleep(1.0 / FRAME_RATE)
+
+    def _write_led(self) -> None:
+        """Have a path that has ended become rows, once the thing has gone back."""
+        if self.recording is None or self.recording.ended is None:
+            return
+        led, self.recording.ended = self.recording.ended, None
+        self._wait_until_let_go()
+        try:
+            self._show_written(self.recording.write(led))
+        except NotTaught as error:
+            self._say(str(error))
 
     def _obey(self, hand: Hand, clutch: Joystick, has_clutch: bool, show: Show) -> None:
         pressed = 0.0  # when the clutch was last reported as pressed
@@ -163,15 +196,18 @@ class Teacher(Follower):
                 is_clutch, message, arrived = self._messages.get(timeout=max(due - now, 0.0))
             except queue.Empty:
                 hand.expire(time.monotonic())
+                self._write_led()
                 continue
             was_held = hand.pose is not None
             hand.expire(arrived)
+            self._write_led()
             if is_clutch:
                 pressed = arrived if clutch.holds(message) else 0.0
                 if not pressed:
                     hand.let_go()
             else:
                 hand.take(message, arrived, not has_clutch or arrived - pressed <= SILENCE)
+            self._write_led()
             if hand.pose is not None and self._name in self._there:
                 self._there[self._name] = self._there[self._name][0], hand.pose
             if was_held != (hand.pose is not None):

@@ -27,6 +27,9 @@ messages come, and moves as the pose does, without the trembling of a hand; so d
 that is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From
 taking hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
 
+With --record, the whole way from taking hold to letting go becomes rows in the file, below the row that the thing comes
+from: the fewest whose straight ways stay within --tolerance of it. Then the thing goes back to where it was.
+
 With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
 behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
 numbers go to those of the same name, joints to those of the same name. A press is button --button of the Joy --press
@@ -40,14 +43,16 @@ examples:
   rosslt teach /goal --by /cmd_vel
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
   rosslt teach /goal --by tf:hand --in world --clutch /joy
+  rosslt teach /goal --by tf:hand --clutch /joy --record --tolerance 0.01
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
 
 In a pipe it is a line of columns between tabs for each event: holds, lets go, or says; the name of the thing; then the
-DEVICE, x, y and z, or the text that it says. With --match: matches or refused; who has pressed; then NODE/LOCATION, the
-value before and the value after, for each number that has changed, or the reason. What else there is to know of it are
-lines that begin with says, and who has pressed.
+DEVICE, x, y and z, or the text that it says. With --record also: records, the thing, the number of poses, the number of
+rows, and file:line of the row above them, as the node has read it. With --match: matches or refused; who has pressed;
+then NODE/LOCATION, the value before and the value after, for each number that has changed, or the reason. What else
+there is to know of it are lines that begin with says, and who has pressed.
 """
 ARGUMENTS = [
     Argument(
@@ -108,8 +113,18 @@ ARGUMENTS = [
     ),
     Argument('--scale', type=float, default=1.0, metavar='F', help='m that the thing moves per m (default: 1)'),
     Argument('--snap', type=float, default=0.0, metavar='D', help='coordinates become multiples of so many metres'),
+    Argument(
+        '--record', action='store_true', help='with --by: a path of the hand becomes rows below the row of the thing'
+    ),
+    Argument(
+        '--tolerance', type=float, metavar='D', help='with --record: m that a path may be off its rows (default: 0.005)'
+    ),
+    Argument('--lever', type=float, metavar='L', help='with --record: m that 1 rad counts as (default: 0.1)'),
     Argument('--wait', type=float, default=5.0, metavar='S', help='seconds to wait for all that it needs (default: 5)'),
 ]
+
+#: How far a path may be off its rows, and what an angle of 1 rad counts as, in metres.
+TOLERANCE, LEVER = 0.005, 0.1
 
 #: The name of the node.
 NODE = 'slt_teach'
@@ -159,6 +174,11 @@ def _drag(options: argparse.Namespace) -> None:
         raise Misused('--by needs a TARGET: what the device is to drag')
     if options.press:
         raise Misused('--press is for --match; with --by, the device or --clutch says when the hand holds')
+    for name, length in (('tolerance', options.tolerance), ('lever', options.lever)):
+        if length is not None and not options.record:
+            raise Misused(f'--{name} is for --record')
+        if length is not None and not sys.float_info.min <= length <= sys.float_info.max:
+            raise Misused(f'--{name} must be a number above 0, found {length}')
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
     is_frame = options.by.startswith(teach.TF)
@@ -175,6 +195,8 @@ def _drag(options: argparse.Namespace) -> None:
         signal.signal(number, signal.default_int_handler)
     screen = Screen(by)
     teacher = teach.Teacher(screen.say)
+    if options.record:
+        teacher.record(options.tolerance or TOLERANCE, options.lever or LEVER, screen.records)
     screen.name = teacher.find(full_name(options.target), options.wait, device)
     screen.begin()
     teacher.teach(screen.name, by, device, topic, device_class, chosen, clutch, screen.show)
@@ -184,8 +206,9 @@ def _drag(options: argparse.Namespace) -> None:
 def _match(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
 
-    if options.target or options.clutch:
-        raise Misused(f'{options.target or "--clutch"} is for --by; --match says what is changed, and --press when')
+    misplaced = options.target or '--clutch' * bool(options.clutch) or '--record' * options.record
+    if misplaced:
+        raise Misused(f'{misplaced} is for --by; --match says what is changed, and --press when')
     if options.button < 0:
         raise Misused(f'--button must not be negative, found {options.button}')
     texts = [text.partition('=') for text in options.match]
@@ -316,6 +339,14 @@ class Screen:
             print(f'{CLEAR}{text}\n{self._line}', end='', flush=True)
         else:
             write_row('says', self.name, text)
+            sys.stdout.flush()
+
+    def records(self, written: Any) -> None:
+        """Say which rows a path has become."""
+        if is_terminal():
+            self.say(f'{written.rows} rows of {written.poses} poses are below {written.where}')
+        else:
+            write_row('records', self.name, written.poses, written.rows, written.where)
             sys.stdout.flush()
 
     def show(self, is_held: bool, place: Sequence[float], numbers: Dict[str, Any]) -> None:

@@ -42,6 +42,7 @@ class Drag:
         fault: why it asks for nothing more, or None.
         refusal: the error of the last request, or None.
         request: its changes: one request, in the histories of the owners as well.
+        goes_back: whether what it has changed is to be taken back as it is over.
         followed: {Source: value} of the last answer that brought the handle to where the hand was.
     """
 
@@ -58,7 +59,7 @@ class Drag:
         self.asked: Optional[PoseTuple] = handle.pose
         self.start: PoseTuple = handle.pose
         self.turn = handle.turn(handle.pose)
-        self.is_moved = self.is_turned = self.is_over = False
+        self.is_moved = self.is_turned = self.is_over = self.goes_back = False
         self.is_exact = False
         self.heard, self.due = time.monotonic(), 0.0
         self.fault: Optional[str] = None

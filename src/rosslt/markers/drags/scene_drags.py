@@ -138,6 +138,15 @@ class Drags:
             self._wake.notify()
             return True
 
+    def let_go_back(self, name: str, hand: str = '') -> None:
+        """A hand has let go of a handle, if it had it, and what its drag has changed is taken back."""
+        with self._wake:
+            drag = self._held.get(name)
+            if drag is not None and drag.hand == hand:
+                drag.goes_back = True
+                self._end_for(name)
+                self._wake.notify()
+
     def undo(self, name: str) -> None:
         """Restore the values that the sources of a handle had before its last drag."""
         handle, past = self._scene.handle(name), self._past.get(name)
@@ -281,6 +290,9 @@ class Drags:
 
     def _follow(self, drag: Drag) -> None:
         """Change the sources so that the handle is where the drag is."""
+        if drag.goes_back:
+            self._go_back(drag)
+            return
         try:
             self._ask(drag)
         except rospy.ROSInterruptException:
@@ -338,6 +350,14 @@ class Drags:
                 self._drops[name] = Drop(drag, lambda: self._change_again(drag), self._rules.resolution)
         if refusal:
             rospy.logwarn('%s snaps back: %s', name, refusal)
+
+    def _go_back(self, drag: Drag) -> None:
+        name = drag.handle.name
+        told = self._take_back(drag) if drag.request.after else ''
+        if name not in self._held:
+            self._scene.let_go(name)
+        if drag.request.after:  # as it is not taken back
+            self._scene.say(drag.handle, told)
 
     def _force(self, drag: Drag, pose: PoseTuple, may_leap: bool) -> Optional[Exception]:
         """Ask the owners for what a drag wants; the refusal, or None."""

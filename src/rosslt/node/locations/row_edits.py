@@ -9,7 +9,7 @@ import rosgraph
 import rospy
 
 from rosslt import files, values
-from rosslt.messages import Message
+from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.locations.saving import edits_of, list_edits, origins_of, why_not_written
@@ -110,22 +110,17 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
         FileError: it is in no row of alike ones, it is not certain where it stands now, or its value is not saved.
         SourceUnreachable: its node does not answer; the message is the reason alone.
     """
-    answer = list_edits(place.node, timeout)
-    path, line, column = place.location.file, place.location.line, place.location.column
-    if place.location.id in answer.read_ids:
-        unsaved = {edit.location_id for edit in answer.edits} | set(answer.left_ids)
-        changed = [one.local_name for one in row if one.location.id in unsaved]
-        if changed:
-            reason = f'{" and ".join(changed)} is changed, and not saved: `rosslt save {place.node}` first'
-            raise files.FileError(path, line, column, reason)
-        line, column = _place_now(place, answer)
-        content = files.read_bytes(path)
-    elif place.location.name.startswith('/'):
+    if _is_in_parameter_file(place):
         return _in_parameter_file(place, row, operation)
-    else:
-        content = _script_of(place)
+    content, ((line, column),) = _text_of([place], row, timeout)
+    path = place.location.file
     edits = files.python_row_edits(path, content, line, column, operation)
     return RowEdit(edits, f'{path}:{place.location.line}', {})
+
+
+def _is_in_parameter_file(place: Place) -> bool:
+    """Return whether a location is a parameter that the code gives no default for."""
+    return place.location.name.startswith('/') and not place.location.literal
 
 
 def _in_parameter_file(place: Place, row: Sequence[Place], operation: str) -> RowEdit:
@@ -170,6 +165,53 @@ def _check_saved(node: str, row: Sequence[Tuple[Place, Dict[str, Any]]]) -> None
             raise files.FileError(origin['file'], None, None, reason)
 
 
+def row_additions(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> List[files.Edit]:
+    """Make the edits that add rows below the row that locations are in, in a source file or a live script.
+
+    Args:
+        places: the locations, of one node.
+        added: for each row, what their numbers are there; all else is as in their row.
+        timeout: how long their node may take to answer, in seconds.
+
+    Raises:
+        FileError: they are not in one row of alike ones, it is not certain where they stand now, or a value is not
+            saved.
+        SourceUnreachable: their node does not answer; the message is the reason alone.
+    """
+    content, stands = _text_of(places, places, timeout)
+    return files.python_row_additions(places[0].location.file, content, stands, added)
+
+
+def _text_of(places: Sequence[Place], row: Sequence[Place], timeout: float) -> Tuple[bytes, List[Tuple[int, int]]]:
+    """The content of the file that locations stand in, and the line and column of each in it.
+
+    Args:
+        places: the locations, of one node.
+        row: those whose values must be saved.
+        timeout: how long their node may take to answer, in seconds.
+
+    Raises:
+        FileError: it is not certain where they stand now, or a value is not saved.
+        SourceUnreachable: their node does not answer; the message is the reason alone.
+    """
+    answer = list_edits(places[0].node, timeout)
+    first = places[0].location
+    unread = [one for one in places if one.location.id not in answer.read_ids]
+    if unread:
+        return _script_of(unread[0]), [(one.location.line, one.location.column) for one in places]
+    other = next((one for one in places if one.location.file != first.file), None)
+    if other is not None:
+        reason = f'{other.local_name} stands in another file, {other.file}; edit them by hand'
+        raise files.FileError(first.file, first.line, first.column, reason)
+    unsaved = {edit.location_id for edit in answer.edits} | set(answer.left_ids)
+    changed = [one.local_name for one in row if one.location.id in unsaved]
+    if changed:
+        reason = f'{" and ".join(changed)} is changed, and not saved: `rosslt save {places[0].node}` first'
+        raise files.FileError(first.file, first.line, first.column, reason)
+    stands = [_place_now(one, answer) for one in places]
+    return files.read_bytes(first.file), stands
+
+
 def is_in_script(place: Place) -> bool:
     """Return whether a location is a number of a live script."""
     return not place.location.literal and _script_text(place) is not None
@@ -193,7 +235,8 @@ def _script_of(place: Place) -> bytes:
     location = place.location
     text = _script_text(place)
     if text is None:
-        reason = 'its node reads it by a function, and no literal: edit the file that it is from'
+        why = 'it is a parameter' if location.name.startswith('/') else 'its node reads it by a function'
+        reason = f'{why}, and no literal: edit the file that it is from'
         raise files.FileError(location.file, location.line, location.column, reason)
     content = files.read_bytes(location.file)
     if files.digest_of(content) != text:

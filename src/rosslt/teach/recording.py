@@ -1,0 +1,165 @@
+"""A path that is led: the hand leads a thing along it, and it becomes rows below that of the thing."""
+
+from typing import Callable, Collection, List, NamedTuple, Optional, Sequence
+
+from rosslt import files, node, values
+from rosslt.markers import Drags, Handle, Scene, solve_waypoints
+from rosslt.markers.geometry import PoseTuple
+from rosslt.teach.devices import NotTaught
+from rosslt.teach.thinning import thinned
+
+#: The part of the tolerance that is left for rounding the numbers of the rows.
+RESERVED = 0.2
+
+#: How long the owner of the numbers may take to answer, in seconds.
+TIMEOUT = 2.0
+
+
+class Led(NamedTuple):
+    """A path from taking hold to letting go.
+
+    Attributes:
+        handle: the thing, as it was when the hand took hold.
+        shared: as of `Scene.shared`.
+        poses: where the hand has had it, in order.
+    """
+
+    handle: Handle
+    shared: Sequence[Collection[values.Source]]
+    poses: List[PoseTuple]
+
+
+class Written(NamedTuple):
+    """Rows that were added to a file.
+
+    Attributes:
+        poses: how many poses they were made of.
+        rows: how many rows they are.
+        where: FILE:LINE of the row above them, as its node has read it.
+    """
+
+    poses: int
+    rows: int
+    where: str
+
+
+class Recording:
+    """Records what a hand does to a handle of a scene, and has the thing go back as the hand lets go.
+
+    To a hand, it is a `Drags`. A thing of a live script stays meanwhile: the text of the script would follow each
+    step, and keep the digits of the longest.
+
+    Args:
+        drags: the hands of the scene.
+        scene: has the handles.
+        tolerance: how far a recorded pose may be from the way between rows, in metres.
+        lever: how many metres an angle of 1 rad counts as.
+        name_of: what a source is called, for people.
+
+    Attributes:
+        ended: the path that has ended, until it is written.
+    """
+
+    def __init__(
+        self, drags: Drags, scene: Scene, tolerance: float, lever: float, name_of: Callable[[values.Source], str]
+    ) -> None:
+        self._drags, self._scene, self._name_of = drags, scene, name_of
+        self._tolerance, self._lever = tolerance, lever
+        self._led: Optional[Led] = None
+        self._is_in_script = False
+        self.ended: Optional[Led] = None
+
+    # As Drags.
+
+    def hold(self, name: str, hand: str, frame: str, pose: PoseTuple) -> bool:
+        """A hand takes hold of a handle, and a path begins there."""
+        handle = self._scene.handle(name)
+        if handle is None or not self._drags.hold(name, hand, frame, pose):
+            return False
+        self._led = Led(handle, self._scene.shared(handle), [pose])
+        return True
+
+    def keep(self, name: str, hand: str) -> None:
+        """A hand still holds a handle."""
+        self._drags.keep(name, hand)
+
+    def move(self, name: str, frame: str, pose: PoseTuple, hand: str) -> bool:
+        """A hand has moved a handle."""
+        if self._led is not None:
+            self._led.poses.append(pose)
+        if self._is_in_script:
+            self._drags.keep(name, hand)
+            return True
+        return self._drags.move(name, frame, pose, hand)
+
+    def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
+        """A hand has let go of a handle: its path has ended, and it goes back."""
+        del frame, pose
+        self.ended, self._led = self._led, None
+        self._drags.let_go_back(name, hand)
+
+    # For the teacher.
+
+    def check(self, handle: Handle) -> None:
+        """Check that rows can be added for a thing.
+
+        Raises:
+            NotTaught: none of its numbers is in a row of alike ones, or that is not as its node has read it.
+        """
+        directory = node.directory()
+        sources = values.sources(handle.tracked)
+        directory.learn(sources, TIMEOUT)
+        refusals: List[str] = []
+        held = directory.held(handle.tracked, self._scene.shared(handle))
+        for source in sources:
+            place = directory.of(source)
+            if place is None or place.is_fixed or source in held:
+                continue
+            try:
+                node.row_additions([place], [], TIMEOUT)
+                self._is_in_script = node.is_in_script(place)
+                return
+            except (files.FileError, node.SourceUnreachable) as error:
+                refusals.append(f'{place.name}: {error}')
+        raise NotTaught('no path is recorded: ' + (refusals[0] if refusals else 'it has no numbers that can change'))
+
+    def write(self, led: Led) -> Written:
+        """Add the rows of a path to the file that the thing comes from.
+
+        Raises:
+            NotTaught: nothing is written, as it did not move, a waypoint cannot be reached, its numbers are not all in
+                one row of alike ones, or the file cannot be written.
+        """
+        try:
+            return self._write(led)
+        except (values.Error, files.FileError, node.SourceUnreachable) as error:
+            raise NotTaught(f'nothing is written: {error}') from None
+
+    def _write(self, led: Led) -> Written:
+        kept = thinned(led.poses, (1.0 - RESERVED) * self._tolerance, self._lever)
+        if len(kept) < 2:
+            raise NotTaught(f'it stayed where it was, within {self._tolerance:g} m')
+        resolution = 0.5 * RESERVED * self._tolerance / max(1.0, 2.0 * self._lever)
+        waypoints = solve_waypoints(
+            led.handle, [led.poses[index] for index in kept], led.shared, resolution, TIMEOUT, self._name_of
+        )
+        places = self._places(list(waypoints[0]))
+        edits = node.row_additions(places, [list(one.values()) for one in waypoints], TIMEOUT)
+        files.write(edits)
+        location = places[0].location
+        return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}')
+
+    def _places(self, sources: Sequence[values.Source]) -> List[node.Place]:
+        if not sources:
+            raise NotTaught('it has no numbers that change on the way')
+        directory = node.directory()
+        directory.forget(sources)  # of a live script, they stand elsewhere after each edit
+        directory.learn(sources, TIMEOUT)
+        places = [directory.of(source) for source in sources]
+        known = [place for place in places if place is not None]
+        if len(known) < len(places):
+            raise NotTaught('it is not known where its numbers stand')
+        nodes = {place.node for place in known}
+        if len(nodes) > 1:
+            raise NotTaught(f'its numbers are those of several nodes: {", ".join(sorted(nodes))}')
+        return known
