@@ -129,6 +129,12 @@ def test_rows_of_many_layouts(text, marked, operation, expected):
         ('A = [\n [1, 2],\n [1, 3],\n]\n', '1', 'up', 'a.py:2:2: it is the first row of its list'),
         ('A = [\n [1, 2],\n [1, 3],\n]\n', '3', 'down', 'a.py:3:2: it is the last row of its list'),
         ('x = 1\nwait(2)\n', '2', 'up', 'a.py:2:6: no list of alike rows stands here'),
+        (
+            "A = {'a': (\n 1,\n 2,\n), 'b': (\n 3,\n 4,\n)}\n",
+            '1',
+            'delete',
+            'a.py:2:2: no list of alike rows stands here',
+        ),
         ('x = (\n', 'x', 'up', 'a.py:1:.*never closed|EOF'),
     ],
 )

@@ -128,7 +128,8 @@ def _row_at(source: SourceText, tree: ast.Module, line: int, column: int) -> _Fo
     statements = [_neighbours(one) for one in path if isinstance(one.siblings[one.position], ast.stmt)]
     calls = [one for one in statements[-1:] if one is not None and one.last - one.first > 1]
     chosen = compound[-1:] or calls or lists[-1:]
-    if not chosen:
+    is_value = any(isinstance(one.owner, ast.Dict) and len(one.siblings) > 1 for one in path)
+    if not chosen or (is_value and not compound and not calls):  # (1, 2) of {'dock': (1, 2), 'door': (3, 4)} is a row
         raise rows.refusal(source.path, source.text, place, _NONE)
     return chosen[0]
 
