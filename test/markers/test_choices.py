@@ -124,7 +124,7 @@ def test_what_the_next_target_comes_from_too_stays_chosen(asked, patrol):
     assert asked == [{OFFSET[0]: 0.5}]
 
 
-def test_the_row_of_a_thing_is_that_of_the_numbers_that_a_drag_changes(patrol):
+def test_the_row_of_a_thing_is_that_of_what_a_drag_changes(patrol):
     def row():
         return patrol.offers.row(patrol.offers.choices(patrol.scene.handle(NAME)))
 
