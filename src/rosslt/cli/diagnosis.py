@@ -426,8 +426,7 @@ class Examination:
             for frame in sorted(frames & apart.keys()):
                 fixed = apart[frame]
                 why = f'no transform joins it to {fixed}, the root of most topics'
-                how = f'rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 {fixed} {frame}'
-                yield Finding(FAULT, f'RViz gets no handles of what is in the frame {frame}: {why}; try `{how}`')
+                yield Finding(FAULT, f'RViz gets no handles of what is in the frame {frame}: {why}; a static one would')
             if frames - apart.keys() or not frames:
                 yield Finding(FINE, 'its handles are shown, through ' + ', '.join(sorted(serving & shown)))
             return
