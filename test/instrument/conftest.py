@@ -1,11 +1,13 @@
 """A master for the tests beside this file, and what `rosslt run` sets for a whole process."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
 import rospy
 
 import rosslt
+from support.hand import Hand
 from support.masters import reached_master
 from support.memory_oracle import Pair
 from support.saving import Hearing
@@ -40,3 +42,12 @@ def pair(master):
     made = Pair()
     yield made
     made.close()
+
+
+@pytest.fixture(scope='module')
+def hand(master):
+    """A hand in RViz, as far as `slt_visualization` can tell."""
+    markers = subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdin=subprocess.DEVNULL)
+    yield Hand()
+    markers.terminate()
+    markers.wait(20)

@@ -1,10 +1,7 @@
 """Rows of a list, waypoints say, which are duplicated, moved and deleted in the menus of their handles."""
 
-import subprocess
-
 import pytest
 
-from support.hand import Hand
 from support.processes import wait_until
 from support.shell import failure, rosslt
 from support.unmodified import Unmodified
@@ -39,14 +36,6 @@ while not rospy.is_shutdown():
     pub.publish(MarkerArray(markers=balls + [between]))
     rospy.sleep(0.05)
 """
-
-
-@pytest.fixture(scope='module')
-def hand(master):
-    markers = subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdin=subprocess.DEVNULL)
-    yield Hand()
-    markers.terminate()
-    markers.wait(20)
 
 
 def titles(hand, name):

@@ -9,7 +9,6 @@ import rosgraph
 from geometry_msgs.msg import Quaternion
 from std_msgs.msg import Float64MultiArray
 
-from support.hand import Hand
 from support.processes import wait_until
 from support.unmodified import Listener, Unmodified
 
@@ -44,14 +43,6 @@ TURNS = {
     'by pi': 'turn.z, turn.w = math.sin(pan * math.pi / 360), math.cos(pan * math.pi / 360)',
     'euler': 'turn.x, turn.y, turn.z, turn.w = quaternion_from_euler(0, 0, math.radians(pan))',
 }
-
-
-@pytest.fixture(scope='module')
-def hand(master):
-    markers = subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdin=subprocess.DEVNULL)
-    yield Hand()
-    markers.terminate()
-    markers.wait(20)
 
 
 def parameter(name):

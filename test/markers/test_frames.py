@@ -44,6 +44,12 @@ rospy.spin()
 
 
 @pytest.fixture
+def earlier(master):
+    """An earlier run has left a frame that was apart."""
+    subprocess.run(['rosparam', 'set', '/slt_visualization/frames_apart', '[[world, map]]'], check=True)
+
+
+@pytest.fixture
 def handles(master):
     """Names the topics that have handles in RViz."""
 
@@ -68,3 +74,9 @@ def test_what_is_apart_from_most_topics_waits_for_a_transform(handles):
         with Node('joining', JOINING):
             wait_until(lambda: handles() == {'/alpha', '/beta', '/gamma'}, 'handles in both frames')
             wait_until(lambda: 'its handles are shown' in rosslt('doctor', '/beta').stdout, 'doctor to say so')
+
+
+def test_frames_that_were_apart_in_an_earlier_run_are_forgotten(earlier, handles):
+    with Node('joining', JOINING), Node('balls', BALLS):
+        wait_until(lambda: handles() == {'/alpha', '/beta', '/gamma'}, 'handles in both frames')
+        wait_until(lambda: 'its handles are shown' in rosslt('doctor', '/beta').stdout, 'doctor to say so')

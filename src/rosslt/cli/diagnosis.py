@@ -425,7 +425,7 @@ class Examination:
             frames = self._traffic.frames(topic)
             for frame in sorted(frames & apart.keys()):
                 fixed = apart[frame]
-                why = f'no transform joins it to {fixed}, the root of most topics'
+                why = f'no transform joins it to {fixed}, the root of the frames of most topics'
                 yield Finding(FAULT, f'RViz gets no handles of what is in the frame {frame}: {why}; a static one would')
             if frames - apart.keys() or not frames:
                 yield Finding(FINE, 'its handles are shown, through ' + ', '.join(sorted(serving & shown)))

@@ -3,7 +3,7 @@
 An RViz that is shown an interactive marker in a frame that nothing joins to its fixed frame shows none at all.
 """
 
-from typing import Dict, Set
+from typing import Dict, Optional, Set
 
 import rospy
 import tf2_ros
@@ -52,7 +52,7 @@ class JoinedFrames:
         self._fixed = fixed
         self._is_joined: Dict[str, bool] = {}
         self._apart: Set[str] = set()
-        self._told: Set[str] = set()
+        self._told: Optional[Set[str]] = None  # an earlier run may have left others
 
     def has(self, frame: str) -> bool:
         """Return whether a frame was joined at the last `update`, or is joined now if nobody has asked before."""
@@ -75,10 +75,10 @@ class JoinedFrames:
         fixed = self._fixed.name
         apart = {frame for frame in self._fixed.topics.values() if not self._find(frame)}
         lasting, self._apart = apart & self._apart, apart
-        for frame in sorted(lasting - self._told):
+        for frame in sorted(lasting - (self._told or set())):
             rospy.logwarn(
-                'RViz gets no handles of what is in the frame %s: no transform joins it to %s, the root of most '
-                'topics (the parameter ~fixed_frame chooses a different one)',
+                'RViz gets no handles of what is in the frame %s: no transform joins it to %s, the root of the frames '
+                'of most topics (the parameter ~fixed_frame chooses a different one)',
                 frame,
                 fixed,
             )
