@@ -23,7 +23,7 @@ def source(node, name):
 
 
 def change(node, **values):
-    rosslt.node.request_values({source(node, name): value for name, value in values.items()})
+    rosslt.node.request_values({source(node, name): value for name, value in values.items()}, timeout=30.0)
 
 
 class Latched(unittest.TestCase):
