@@ -1,7 +1,7 @@
 """Messages with their provenance from topics, for a command that owns nothing."""
 
 import time
-from typing import Callable, Dict, List, Optional
+from typing import Callable, Dict, List, Optional, Protocol
 
 import rosgraph
 import rospy
@@ -13,6 +13,14 @@ from rosslt.node import Heard
 
 #: Time to wait for the other publishers of a topic after the first message, in seconds.
 _GATHERING = 1.0
+
+
+class Messages(Protocol):
+    """Messages as they come, as a Listener has them."""
+
+    def next_before(self, end: float) -> Optional[Heard]: ...
+
+    def why_nothing(self, timeout: float) -> str: ...
 
 
 def start_node() -> None:
@@ -38,7 +46,7 @@ def listener(*topics: str, is_exact: bool = False) -> node.Listener:
 
 def heard_publishers(
     master: rosgraph.Master,
-    stream: node.Listener,
+    stream: Messages,
     topic: str,
     timeout: float,
     publisher: Optional[str] = None,

@@ -7,7 +7,7 @@ one changes. `rviz` shows a scene as interactive markers; the room `web` shows t
 
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
-from rosslt.markers.drags import mouse
+from rosslt.markers.drags import joint_limits, mouse
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.waypoints import solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
@@ -20,6 +20,7 @@ from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import FRAME_RATE, Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
+from rosslt.markers.scene.links import RobotPose
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.shapes import plain_pose

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import genpy
 
@@ -24,7 +24,11 @@ as the node has taken another branch for instance, the new message is solved, an
 how many messages it was seen. If VALUE is not reached, the changes are taken back, and the exit code is 1. If the node
 has latched its last message and sends none, its change stays, and it is said that none has shown it yet. If
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
---source says another."""
+--source says another.
+
+With --frame, it is about a link of a robot, where its JointState and robot_description say it is: position/x, y and z
+in metres, orientation/roll, pitch and yaw in radians, in the link --in. The joints before it move, each within its
+limits."""
 EXAMPLE = """\
 examples:
   rosslt force /target/pose/position/x 1.5
@@ -32,12 +36,19 @@ examples:
   rosslt force /target/pose/position/x 1.5 --source /talker/radius
   rosslt force /markers/markers/pose/position/x 1.5 --where ns=base,id=3
   rosslt force /joint_states/position 0.5 --where name=elbow
+  rosslt force --frame gripper position/z 0.42
+  rosslt force --frame gripper --in base_link "" "{position: {x: 0.3, z: 0.4}, orientation: {pitch: 1.57}}"
 
 In a pipe each change is a line of columns between tabs: NODE/LOCATION, old value, new value, file:line:column; and,
 if something was changed, after how many messages and milliseconds it was seen.
 """
 ARGUMENTS = [
-    Argument('field', completer='fields', metavar='TOPIC/FIELD', help='as /target/pose/position/x or /path/points[3]'),
+    Argument(
+        'field',
+        completer='fields',
+        metavar='TOPIC/FIELD',
+        help='as /target/pose/position/x or /path/points[3]; with --frame, as position/z',
+    ),
     Argument('value', metavar='VALUE', help='a scalar; YAML for a whole part of a message'),
     Argument(
         '--source',
@@ -46,6 +57,13 @@ ARGUMENTS = [
         metavar='S',
         help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says; given '
         'several times, change no others than these',
+    ),
+    Argument('--frame', metavar='LINK', help='FIELD is of where this link of a robot is'),
+    Argument(
+        '--in',
+        dest='base',
+        metavar='LINK',
+        help='with --frame: as this link has it, that it hangs on (default: the one that the robot stands on)',
     ),
     Argument('--node', completer='nodes', metavar='NODE', help='in the messages of this node'),
     Argument(
@@ -66,10 +84,14 @@ _SO_ALREADY = 'nothing to change: it is so already'
 def run(options: argparse.Namespace) -> None:
     if options.rounds < 1:
         raise Misused(f'--rounds must be at least 1, found {options.rounds}')
+    if options.base and not options.frame:
+        raise Misused('--in is for --frame')
     master, directory = find_master(), Directory()
-    topic, _, field = split_topic(master, options.field)
+    link = _link(dict(master.getTopicTypes()), options) if options.frame else None
+    topic, _, field = (link.topic, '', options.field) if link else split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
-    with listener(topic, is_exact=True) as stream, node.NodeErrors() as errors:
+    with listener(topic, is_exact=True) as messages, node.NodeErrors() as errors:
+        stream = link.stream(messages) if link else messages
         where = conditions(options.where)
         heard = heard_publishers(
             master,
@@ -99,20 +121,29 @@ def run(options: argparse.Namespace) -> None:
         wanted = target(heard_one.message, field, options.value)
         if options.dry_run:
             node.check_joint_limits(heard_one.topic, heard_one.message, field, wanted)
-            planned = _planned(directory, heard_one.message, field, wanted, chosen)
+            solve = link.solve if link else node.solve_by_effect
+            planned = _planned(directory, heard_one.message, field, wanted, chosen, solve)
             _show(directory, planned, is_planned=True)
             if all(old == new for old, new in planned.values()):
                 write_note('force', _SO_ALREADY)
             return
-        outcome = _forced(directory, stream, errors, heard_one, field, wanted, chosen, options)
+        kind = link.forcing if link else node.Forcing
+        outcome = _forced(kind, directory, stream, errors, heard_one, field, wanted, chosen, options)
     seen = (outcome.messages, f'{outcome.milliseconds:.0f}') if outcome.is_reached else ()
     _show(directory, outcome.changes, seen=seen)
     _report(outcome, publisher)
 
 
+def _link(types: Dict[str, str], options: argparse.Namespace) -> Any:
+    from rosslt.cli.links import find_link  # with the kinematics of the markers, which other calls do without
+
+    return find_link(types, options.frame, options.base or '')
+
+
 def _forced(
+    kind: Callable[..., node.Forcing],
     directory: Directory,
-    stream: node.Listener,
+    stream: Any,
     errors: node.NodeErrors,
     received: Heard,
     field: str,
@@ -127,7 +158,7 @@ def _forced(
     """
     stream.clear()
     try:
-        forcing = node.Forcing(
+        forcing = kind(
             node.Requester('rosslt force', directory),
             stream,
             errors,
@@ -215,7 +246,12 @@ def _chosen(
 
 
 def _planned(
-    directory: Directory, message: genpy.Message, field: str, wanted: object, chosen: Optional[List[values.Source]]
+    directory: Directory,
+    message: genpy.Message,
+    field: str,
+    wanted: object,
+    chosen: Optional[List[values.Source]],
+    solve: Callable[..., Dict[values.Source, Any]],
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
     part = field_of(message, field)
@@ -224,6 +260,6 @@ def _planned(
     directory.learn(values.sources(thing))
     limits = directory.limits(values.sources(part), TIMEOUT)
     limits['read_only'] = [*limits['read_only'], *directory.held(thing, shared)]
-    new = node.solve_by_effect(part, wanted, chosen, limits)
+    new = solve(part, wanted, chosen, limits)
     old = source_values(part)
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

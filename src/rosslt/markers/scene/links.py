@@ -63,9 +63,15 @@ class RobotPose:
         """The position of a joint, tracked or plain; None if it is not known."""
         return position_of(joint, self._positions)
 
-    def with_provenance(self, link: str, point: Vector) -> Tuple[List[Any], List[Any]]:
-        """Where a point of a link is, and how it is turned, with the provenance of the joints before it."""
-        joints, frame = [], self.plain.link(link).frame
+    def with_provenance(self, link: str, point: Vector, base: str = '') -> Tuple[List[Any], List[Any]]:
+        """Where a point of a link is, and how it is turned, with the provenance of the joints before it.
+
+        Args:
+            link: its name.
+            point: in its frame, in metres.
+            base: the link that it is told in, one that the link hangs on; by default the first one of the robot.
+        """
+        joints, frame = [], base or self.plain.link(link).frame
         while link != frame:
             joints.append(self.robot.holding[link])
             link = joints[-1].parent

@@ -370,10 +370,19 @@ class Forcing:
             self.asker,
             values.sources(part),
             OWNER_TIMEOUT,
-            lambda limits: solve_by_effect(part, self.wanted, self.sources, limits),
+            lambda limits: self.solve(part, limits),
             self._of_thing,
             self._shared,
         )
+
+    def solve(self, part: Any, limits: Mapping[str, Any]) -> Dict[Source, Any]:
+        """Solve for a part of a message.
+
+        Args:
+            part: it.
+            limits: as of `Directory.limits`.
+        """
+        return solve_by_effect(part, self.wanted, self.sources, limits)
 
     def _observed(self, message: messages.Message) -> Optional[Observation]:
         try:
