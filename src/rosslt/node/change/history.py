@@ -92,7 +92,7 @@ class History:
         changes: Dict[str, Any] = dict(self._unclaimed) if request is self._earlier else {}
         for location, (old, new) in request.changes.items():
             if isinstance(location, HeldLocation):
-                changes[location.name] = location.id, old, new
+                changes[location.name] = location.next_id, old, new
         return json.dumps([request.id, request.requester, request.stamp.secs, request.stamp.nsecs, changes])
 
     def record(self, request_id: str, requester: str, stamp: object, changes: Sequence[Change]) -> None:
