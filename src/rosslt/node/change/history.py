@@ -81,7 +81,19 @@ class History:
     def claim(self, location: Location, value: Scalar) -> None:
         """Make the change that an earlier run made to a location undoable, if the location still has that value."""
         location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
-        if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
+        if self._earlier is None or location_id != location.id:
+            return
+        if differing([(location, new, value)]):
+            who = self._earlier.requester or 'somebody'
+            rospy.logwarn(
+                '%s is %r: %s changed it to %r in an earlier run, and it was set to another value before this start, '
+                'as a launch file does; `rosslt save` would have kept it',
+                location.name,
+                value,
+                who,
+                new,
+            )
+        else:
             self._earlier.changes[location] = old, new
 
     def last(self) -> str:
