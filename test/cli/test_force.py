@@ -115,6 +115,29 @@ def test_what_the_points_of_a_marker_come_from_stays_as_in_a_drag(master):
         assert lines('force', '/gated/pose/position/x', '12')[0][:3] == ['/gated/beside', '1.0', '2.0']
 
 
+SUMMED = """
+    import rospy, rosslt
+    from geometry_msgs.msg import Point
+    rospy.init_node('summed')
+    publisher = rosslt.Publisher('summed', Point, queue_size=1)
+    rate = rospy.Rate(20)
+    x = None
+    while not rospy.is_shutdown():
+        start = rosslt.location(1.0, name='start')
+        x = start if x is None else x + 0.25
+        publisher.publish(Point(x, start, 0.0))
+        rate.sleep()
+    """
+
+
+def test_a_dry_run_says_the_value_that_a_source_has_now(master):
+    with Node('summed', SUMMED):
+        wait_until(lambda: rosslt('explain', '/summed/x').stdout, 'it publishes')
+        assert rosslt('set', '/summed/start', '5').returncode == 0
+        (planned,) = lines('force', '/summed/x', '1e6', '--dry-run')
+        assert planned[:2] == ['/summed/start', '5.0']
+
+
 @pytest.fixture
 def several(master):
     """A node that tells of four things on one topic, in turn and in one message, and of two joints."""

@@ -61,7 +61,7 @@ def test_a_link_goes_to_a_place_and_turns(arm):
     assert tip()[:2] == pytest.approx((0.5, 1.2), abs=1e-6)
     assert rosslt('force', '--frame', 'tip', 'orientation/yaw', '1.0').returncode == 0
     assert tip()[2] == pytest.approx(1.0, abs=1e-6)
-    shoulder, elbow = angles()
+    shoulder, _ = angles()
     assert rosslt('force', '--frame', 'tip', '--in', 'upper', 'position/y', '0.5').returncode == 0
     assert angles() == pytest.approx([shoulder, math.asin(0.5)], abs=1e-6)
 

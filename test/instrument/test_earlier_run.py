@@ -4,6 +4,7 @@ import signal
 import subprocess
 
 import pytest
+import rospy
 from geometry_msgs.msg import PointStamped
 
 from support.processes import wait_until
@@ -79,6 +80,21 @@ def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path
     with Unmodified(tmp_path, 'parting', text), Listener('parting', PointStamped) as heard:
         assert command('set', '/parting/GOAL', '3').returncode == 0
         heard.comes(lambda message: message.point.x == 1.0)
+
+
+def test_a_change_that_a_launch_file_has_overwritten_is_named(master, tmp_path):
+    text = LEAVING.replace('leaving', 'launched_anew').replace('SLOW = 0.5\n', '')
+    text = text.replace('pub =', "SLOW = rospy.get_param('~slow')\npub =")
+    rospy.set_param('/launched_anew/slow', 0.5)
+    with Unmodified(tmp_path, 'launched_anew', text) as started, Listener('launched_anew', PointStamped) as heard:
+        heard.next()
+        assert command('set', '/launched_anew/~slow', '0.25').returncode == 0
+        started.stop(signal.SIGKILL)
+    rospy.set_param('/launched_anew/slow', 0.5)
+    with Unmodified(tmp_path, 'launched_anew', text) as again:
+        wait_until(lambda: '~slow' in command('list', '/launched_anew').stdout, 'its locations')
+        _, _, errors = again.stop()
+    assert '/launched_anew/slow is 0.5: rosslt set changed it to 0.25 in an earlier run, and it was set' in errors
 
 
 RATED = """import rospy

@@ -123,6 +123,23 @@ def test_numbers_of_a_table_keep_their_changes_after_another_was_saved(master, t
             again.stop()
 
 
+def test_a_change_beside_a_saved_one_is_taken_back_after_a_restart(master, tmp_path):
+    text = TABLE.replace("'table'", "'beside'")
+    with Unmodified(tmp_path, 'beside', text) as started, Listener('beside', PointStamped) as heard:
+        heard.next()
+        change('/beside', WAYPOINTS_1_0=1.5)
+        assert [line[0] for line in save('/beside')] == ['/beside/WAYPOINTS_1_0']
+        change('/beside', WAYPOINTS_2_0=2.5)
+        heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
+        started.stop(signal.SIGKILL)
+        with Unmodified(tmp_path, 'beside', started.file.read_text()):
+            heard.next()  # of this run
+            heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
+            undone = command('undo', '/beside')
+            assert undone.returncode == 0, undone.stderr
+            heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.25))
+
+
 EDITED = TABLE.replace("'table'", "'edited'")
 
 

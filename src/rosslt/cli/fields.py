@@ -2,7 +2,7 @@
 
 import copy
 import math
-from typing import Dict, List, Optional, Union
+from typing import Dict, Iterable, List, Optional, Union
 
 import yaml
 
@@ -53,11 +53,12 @@ def conditions(text: str) -> Dict[str, str]:
 def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[str]:
     """The path of a field in the thing of a message that meets conditions; None if the message has no such thing.
 
-    A thing is the message itself, or an element of the first array that the path gives without an index. If the
-    condition is about a list of names, it is the element of the field at the same index: `name=elbow` of a JointState.
+    A thing is the message itself, or an element of the first array that the path gives without an index, or with one,
+    if it has the fields of the conditions. If the condition is about a list of names, it is the element of the field at
+    the same index: `name=elbow` of a JointState.
 
     Args:
-        path: the path of the field, without the index to find.
+        path: the path of the field.
         wanted: {field of the thing: its value as a text}.
 
     Raises:
@@ -75,6 +76,10 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
         elif isinstance(part, (list, tuple)) and not isinstance(step, int):
             raise Failure(_missing(part, step, _path(walked)) + '; or say which with --where FIELD=VALUE')
         walked.append(step)
+        if isinstance(step, int) and wanted and _has_fields(field_of(message, _path(walked)), wanted):
+            if not _meets(field_of(message, _path(walked)), wanted):
+                return None
+            wanted = {}
     for name, text in list(wanted.items()):
         names = field_of(message, name)
         if isinstance(names, (list, tuple)):
@@ -88,6 +93,13 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
 
 def _path(walked: List[Union[str, int]]) -> str:
     return ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in walked).lstrip('.')
+
+
+def _has_fields(part: Message, names: Iterable[str]) -> bool:
+    try:
+        return all(messages.part_at(part, name) for name in names)
+    except messages.NoSuchPart:
+        return False
 
 
 def _meets(part: Message, wanted: Dict[str, str]) -> bool:

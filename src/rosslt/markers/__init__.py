@@ -8,6 +8,7 @@ one changes. `rviz` shows a scene as interactive markers; the room `web` shows t
 from rosslt.markers import geometry
 from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import joint_limits, mouse
+from rosslt.markers.drags.other_views import OtherViews
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.waypoints import solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers

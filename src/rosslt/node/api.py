@@ -30,7 +30,7 @@ from rosslt.node.locations.call_sites import CallSite, call_site, identity_of, n
 from rosslt.node.locations.composed import readable
 from rosslt.node.locations.directory import Directory
 from rosslt.node.locations.external import ExternalLocation
-from rosslt.node.locations.location import LiteralLocation, Location, Readable, location_id
+from rosslt.node.locations.location import HeldLocation, LiteralLocation, Location, Readable, location_id
 from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.plain_copies import PLAIN_COPIES
@@ -309,10 +309,11 @@ def bound_anew(location: Location, minimum: Optional[float], maximum: Optional[f
         _owner.publish_locations()
 
 
-def identify(location: Location, identity: str) -> None:
+def identify(location: HeldLocation, identity: str) -> None:
     """Take in the identity that the code gives a literal after an edit, by which it is known at the next start."""
     with _owner.lock:
-        _owner.parameters.identify(location, location_id(identity))
+        location.next_id = location_id(identity)
+        _owner.parameters.write_again(location)
 
 
 def read_at(file: str) -> Dict[int, Location]:

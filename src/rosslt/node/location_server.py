@@ -151,6 +151,8 @@ class Owner:
 
     def _begin_rounds(self) -> None:
         self.locations.begin_rounds()
+        with self.lock:
+            self._claim_changes(ParameterLocation)
         self.publish_locations()
 
     def _renew(self) -> None:
@@ -215,9 +217,8 @@ class Owner:
 
     def _claim_changes(self, kind: Type[HeldLocation] = HeldLocation) -> None:
         """Tell the history which locations that an earlier run has changed exist now."""
-        for location in self.locations.by_id.values():
-            if isinstance(location, kind):
-                self.history.claim(location, location.value)
+        for location in [one for one in self.locations.by_id.values() if isinstance(one, kind)]:
+            self.history.claim(location, location.value)
 
     def _kept_from_before(self) -> Dict[Location, Tuple[Scalar, Scalar]]:
         """{Location: (value in the code, value)} of the literals that still have the value of their parameter that they

@@ -5,7 +5,7 @@ from typing import Callable, List, Optional, Sequence, Set, Tuple, Union
 
 import genpy
 
-from rosslt.markers import Drags, Handle, Motions
+from rosslt.markers import HELD, Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
 from rosslt.teach.devices import WAYS, Device, Options, Step, Unusable
 from rosslt.teach.filtering import Filter
@@ -104,7 +104,7 @@ class Hand:
             raise Unusable('the thing is not shown')
         handle, motions, pose = found
         if not self._drags.hold(handle.name, self._name, handle.frame, pose):
-            raise Unusable('the thing is not shown')
+            raise Unusable(HELD)
         self._handle, self._motions, self.pose = handle, motions, pose
         self._wanted = pose[:3]  # without rounding to multiples
         is_filtered = self._device.trembles and self._options.smooth

@@ -18,6 +18,7 @@ from rosslt.markers import (
     Follower,
     Handle,
     Motions,
+    OtherViews,
     Rules,
     Scene,
     Settings,
@@ -55,7 +56,8 @@ class Teacher(Follower):
         descriptions, scene = Descriptions(), Scene(Settings())
         super().__init__(scene, descriptions)
         self._say = say
-        self._drags = Drags(scene, Rules(rate=RATE), descriptions.name, node.NodeErrors().raised_since)
+        others = OtherViews(scene, str)
+        self._drags = Drags(scene, Rules(rate=RATE), descriptions.name, node.NodeErrors().raised_since, others)
         self._there: Dict[str, Tuple[Motions, PoseTuple]] = {}  # by name: what is shown, and where
         self._name, self._said = '', ''
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()

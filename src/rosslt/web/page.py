@@ -13,6 +13,7 @@ from rosslt.markers import (
     Drags,
     Handle,
     Offers,
+    OtherViews,
     Rules,
     Scene,
     Settings,
@@ -76,7 +77,8 @@ class Page:
         server.initial_camera.look_at = (0.0, 0.0, 0.5)
         self._scene = scene = Scene(Settings(draws_all=True))
         descriptions = Descriptions()
-        drags = Drags(scene, Rules(), descriptions.name, node.NodeErrors().raised_since)
+        others = OtherViews(scene, lambda hand: 'the page')
+        drags = Drags(scene, Rules(), descriptions.name, node.NodeErrors().raised_since, others)
         offers = Offers(scene, drags, descriptions)
         self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)

@@ -262,4 +262,6 @@ def _planned(
     limits['read_only'] = [*limits['read_only'], *directory.held(thing, shared)]
     new = solve(part, wanted, chosen, limits)
     old = source_values(part)
+    places = {changing: directory.of(changing) for changing in new}
+    old.update({changing: place.value for changing, place in places.items() if place and not place.location.fault})
     return {changing: node.Change(old[changing], value) for changing, value in new.items()}

@@ -19,6 +19,7 @@ from rosslt import node, values
 from rosslt.markers.drags import changes, joint_limits, wording
 from rosslt.markers.drags.drag import Drag
 from rosslt.markers.drags.drop_check import Drop
+from rosslt.markers.drags.other_views import OtherViews
 from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
@@ -64,6 +65,7 @@ class Drags:
         rules: how sources follow.
         name_of: what a source is called, for people.
         raised_since: the first new error in one of these nodes since a time, as `NodeErrors` says it.
+        others: whose hands hold things as well; None if there are no others.
 
     Attributes:
         chosen: {name of a handle: the sources that its drags change, if any are chosen}.
@@ -75,9 +77,12 @@ class Drags:
         rules: Rules,
         name_of: Callable[[values.Source], str],
         raised_since: Callable[[Collection[str], float], str] = lambda nodes, since: '',
+        others: Optional[OtherViews] = None,
     ) -> None:
         self._scene, self._rules, self._name_of, self._raised_since = scene, rules, name_of, raised_since
+        self._others = others
         self._held: Dict[str, Drag] = {}
+        self._told: Dict[str, str] = {}  # what others know of it
         self._over: Deque[Drag] = collections.deque()
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
@@ -174,7 +179,7 @@ class Drags:
         drag = self._held.get(name)
         if drag is None:
             handle = self._scene.grasped(name, pose)
-            if handle is None:
+            if handle is None or (self._others is not None and name in self._others.held()):
                 return None
             self._drops.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
@@ -182,6 +187,7 @@ class Drags:
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
+            self._wake.notify()
         if drag.hand != hand:
             return None
         drag.heard = time.monotonic()
@@ -196,6 +202,10 @@ class Drags:
             while not rospy.is_shutdown():
                 with self._wake:
                     drag = self._next()
+                    held = {name: one.hand for name, one in self._held.items()}
+                if self._others is not None and held != self._told:
+                    self._told = held
+                    self._others.tell(held)
                 for name, drop in list(self._drops.items()):
                     with contained(f'{name} cannot be looked at where it was dropped'):
                         self._look_at(name, drop)

@@ -8,6 +8,7 @@ from typing import Optional
 
 from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
+from rosslt.markers.drags.other_views import OtherViews, held_by
 from rosslt.markers.drags.wording import HELD
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
@@ -32,6 +33,7 @@ class Display(Follower):
         selection: which handles are drawn with arrows and rings.
         handle_size: the size of arrows and rings, in metres; they are larger around larger things.
         frames: those that RViz can show handles in.
+        others: whose hands hold things as well.
     """
 
     def __init__(
@@ -42,10 +44,11 @@ class Display(Follower):
         selection: Selection,
         handle_size: float,
         frames: JoinedFrames,
+        others: Optional[OtherViews] = None,
     ) -> None:
         super().__init__(offers.scene, offers.descriptions, selection)
         self._server, self._drags, self._notes, self._handle_size = server, offers.drags, notes, handle_size
-        self._frames = frames
+        self._frames, self._others = frames, others
         self._menus = Menus(offers, self.redraw, self.free, selection)
         self._is_over = False
 
@@ -92,8 +95,16 @@ class Display(Follower):
             if self._frames.update():
                 self.look_again()
             has_changed = self.follow()
+            self._mark_held()
             if self._notes.update(self._server) or has_changed:
                 self._server.applyChanges()
+
+    def _mark_held(self) -> None:
+        """Have it stand beside each thing that is held elsewhere who holds it."""
+        for name, who in self._others.held().items() if self._others is not None else ():
+            handle = self._scene.handle(name)
+            if handle is not None and self._frames.has(handle.frame):
+                self._notes.keep(self._server, handle, held_by(who))
 
     def clear(self) -> None:
         """Take everything away, at the end."""

@@ -7,6 +7,7 @@ import rospy
 
 from rosslt import node
 from rosslt.markers.describing import Descriptions
+from rosslt.markers.drags.other_views import OtherViews
 from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.faults import contained
 from rosslt.markers.offers import Offers
@@ -44,11 +45,12 @@ def run() -> None:
 
     scene = Scene(settings)
     descriptions = Descriptions()
-    drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since)
+    others = OtherViews(scene, lambda hand: 'RViz')
+    drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since, others)
     offers = Offers(scene, drags, descriptions)
     fixed_frame = FixedFrame(scene, _text('~fixed_frame'))
     frames = JoinedFrames(fixed_frame)
-    display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size, frames)
+    display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size, frames, others)
     Watch(scene, topics, also=[fixed_frame.look, lambda graph: frames.tell('~frames_apart')])
     rospy.on_shutdown(display.clear)
     # The objects that the node has begun with stay, and the garbage collector need not visit them as messages come; nor

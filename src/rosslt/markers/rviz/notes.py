@@ -16,6 +16,9 @@ from rosslt.markers.scene.shapes import paint
 #: The duration of a note, in seconds.
 DURATION = 5.0
 
+#: How long a note stays that is not kept any more, in seconds.
+LINGERING = 0.5
+
 #: The maximal length of a line of a note, in characters, and the maximal number of lines.
 WIDTH, LINES = 36, 4
 
@@ -37,12 +40,23 @@ class Notes:
         self._text_height = text_height
         self._ends: Dict[str, float] = {}  # name -> when it ends
         self._news: Dict[str, InteractiveMarker] = {}
+        self._kept: Dict[str, str] = {}  # name -> its text
 
     def put(self, handle: Handle, text: str) -> None:
         """Put a note in front of a handle; it replaces an earlier one there."""
         name = handle.name + SUFFIX
         self._news[name] = self._drawn(name, handle, text)
         self._ends[name] = time.monotonic() + DURATION
+
+    def keep(self, server: Server, handle: Handle, text: str) -> None:
+        """Have a note stand in front of a handle until it is not kept any more; it moves with the handle."""
+        name = handle.name + SUFFIX
+        if self._kept.get(name) != text or name not in self._ends:
+            self.put(handle, text)
+            self._kept[name] = text
+        else:
+            server.setPose(name, controls.pose_message((*handle.pose[:3], *IDENTITY)))
+        self._ends[name] = time.monotonic() + LINGERING
 
     def update(self, server: Server) -> bool:
         """Insert new notes, and take away those that have been there long enough; True if there are any."""
@@ -51,6 +65,7 @@ class Notes:
         for name in ended:
             del self._ends[name]
             self._news.pop(name, None)
+            self._kept.pop(name, None)
             server.erase(name)
         for marker in self._news.values():
             server.insert(marker, None)

@@ -110,15 +110,15 @@ class PoseHandle(Handle):
     def asked(self, can_change: CanChange) -> List[Any]:
         """Return the tracked values that a drag may ask to become others.
 
-        In 2D, a turn of what stands upright leaves the x and y of its quaternion 0.
+        Of a quaternion that nothing can turn, no number is asked; in 2D, a turn of what stands upright leaves the x and
+        y of its quaternion 0.
         """
-        if not self._is_planar:
-            return self.tracked
         parts: Tuple[Any, ...] = ()
         if self.motions(can_change).rings:
             is_tilted = any(abs(part) > ROUNDING for part in map(float, self._orientation[:2]))
-            parts = self._orientation if is_tilted else self._orientation[2:]
-        return [number for number in (*self.position[:2], *parts) if has_source(number)]
+            parts = self._orientation[2:] if self._is_planar and not is_tilted else self._orientation
+        moving = self.position[:2] if self._is_planar else self.position
+        return [number for number in (*moving, *parts) if has_source(number)]
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved."""

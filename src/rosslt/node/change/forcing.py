@@ -376,12 +376,7 @@ class Forcing:
         )
 
     def solve(self, part: Any, limits: Mapping[str, Any]) -> Dict[Source, Any]:
-        """Solve for a part of a message.
-
-        Args:
-            part: it.
-            limits: as of `Directory.limits`.
-        """
+        """Solve for a part of a message, within limits as of `Directory.limits`."""
         return solve_by_effect(part, self.wanted, self.sources, limits)
 
     def _observed(self, message: messages.Message) -> Optional[Observation]:

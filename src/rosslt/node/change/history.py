@@ -81,7 +81,19 @@ class History:
     def claim(self, location: Location, value: Scalar) -> None:
         """Make the change that an earlier run made to a location undoable, if the location still has that value."""
         location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
-        if self._earlier is not None and location_id == location.id and not differing([(location, new, value)]):
+        if self._earlier is None or location_id != location.id:
+            return
+        if differing([(location, new, value)]):
+            who = self._earlier.requester or 'somebody'
+            rospy.logwarn(
+                '%s is %r: %s changed it to %r in an earlier run, and it was set to another value before this start, '
+                'as a launch file does; `rosslt save` would have kept it',
+                location.name,
+                value,
+                who,
+                new,
+            )
+        else:
             self._earlier.changes[location] = old, new
 
     def last(self) -> str:
@@ -92,7 +104,7 @@ class History:
         changes: Dict[str, Any] = dict(self._unclaimed) if request is self._earlier else {}
         for location, (old, new) in request.changes.items():
             if isinstance(location, HeldLocation):
-                changes[location.name] = location.id, old, new
+                changes[location.name] = location.next_id, old, new
         return json.dumps([request.id, request.requester, request.stamp.secs, request.stamp.nsecs, changes])
 
     def record(self, request_id: str, requester: str, stamp: object, changes: Sequence[Change]) -> None:

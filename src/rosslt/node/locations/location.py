@@ -227,15 +227,17 @@ def put_in_force(pairs: Sequence[Tuple[Location, Scalar]]) -> None:
 
 
 class HeldLocation(Location):
-    """A location whose value this node holds; `is_polled` says whether the node reads it again in its rounds."""
+    """A location whose value this node holds; `is_polled` says whether the node reads it again in its rounds, and
+    `next_id` is its id at the next start, as its file may have been edited since it was loaded."""
 
-    __slots__ = ('_value', 'is_polled', 'tracked')
+    __slots__ = ('_value', 'is_polled', 'next_id', 'tracked')
 
     tracked: Any
 
     def __init__(self, identity: str, name: str, site: CallSite, value: Scalar, **limits: Any) -> None:
         super().__init__(identity, name, site, value, **limits)
         self.is_polled = False
+        self.next_id = self.id
         self.tracked = None
         self.put(value)
 

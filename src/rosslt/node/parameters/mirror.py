@@ -74,7 +74,6 @@ class Parameters:
         self._wake = threading.Condition()
         self._literals: Dict[str, LiteralLocation] = {}  # by name
         self._shown: Dict[LiteralLocation, None] = {}  # those that have been written, by an earlier run too
-        self._next_ids: Dict[Location, int] = {}  # the ids at the next start of those whose file was edited
         self._unwritten: Dict[Union[Location, str], None] = {}  # an ordered set of locations and settings
         self._unread: Dict[str, None] = {}
         self._asked = 0  # requested writes, and how many of them are done
@@ -207,11 +206,6 @@ class Parameters:
         if location in self._shown:
             self.write(location)
 
-    def identify(self, location: Location, next_id: int) -> None:
-        """Take in the id that a literal will have at the next start, as its file says something else by now."""
-        self._next_ids[location] = next_id
-        self.write_again(location)
-
     def renew(self) -> None:
         """Show the values of literals, and the locks, to a new master, and subscribe to its parameters."""
         self.server.subscribe_again()
@@ -287,7 +281,7 @@ class Parameters:
             elif isinstance(one, LiteralLocation):
                 self._shown[one] = None
                 pairs.append((f'{self.namespace}/{one.name}', as_shown(one.value)))
-                record = [one.literal, self._next_ids.get(one, one.id), one.value]
+                record = [one.literal, one.next_id, one.value]
                 pairs.append((f'{self._node}/{RECORDS}/{one.name}', json.dumps(record)))
             else:
                 has_read = True
