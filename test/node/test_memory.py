@@ -82,14 +82,69 @@ def test_the_walk_runs_no_code_of_the_node(node):
     object.__setattr__(slotted, 'x', node.speed())
     items, mapping = loud(list)([node.speed()]), loud(dict)(x=node.speed())
     queue, pair = loud(collections.deque)([node.speed()]), loud(tuple)([node.speed()])
-    kept = types.SimpleNamespace(pair=pair, things=[thing, slotted, items, mapping, queue])
+    kept = Thing()  # is found by its class: the tests of a worker may not run in the main thread, whose locals count
+    kept.space = types.SimpleNamespace(pair=pair, things=[thing, slotted, items, mapping, queue])
     del RAN[:]
     node.change(5.0)
     assert RAN == []
     found = [object.__getattribute__(one, 'x') for one in (thing, slotted)]
     found += [*list.__iter__(items), *dict.values(mapping), *collections.deque.__iter__(queue)]
-    found += tuple.__iter__(kept.pair)
+    found += tuple.__iter__(kept.space.pair)
     assert found == [5.0] * 6
+
+
+def test_a_dict_to_which_a_finalizer_adds_is_read_whole(node):
+    kept, turns = Thing(), itertools.cycle([False] * 4 + [True])
+    kept.mappings = [dict.fromkeys(range(5000)) for _ in range(20)]  # garbage is collected while one is read
+    for mapping in kept.mappings:
+        mapping['x'] = node.speed()
+
+    def add(phase, _info):
+        if phase == 'start' and next(turns):
+            for mapping in kept.mappings:
+                mapping[len(mapping)] = 1
+
+    thresholds = gc.get_threshold()
+    gc.callbacks.append(add)
+    try:
+        gc.set_threshold(1000, 10**6)
+        node.change(5.0)
+    finally:
+        gc.set_threshold(*thresholds)
+        gc.callbacks.remove(add)
+    assert [mapping['x'] for mapping in kept.mappings] == [5.0] * 20
+
+
+def test_what_holds_an_object_is_read_whole_while_its_class_grows(node):
+    kept, kind = Thing(), type('Growing', (), {'__module__': __name__})
+    kept.things = {'growing': kind(), 'speed': node.speed()}
+    names = map('added_{}'.format, itertools.count())
+
+    def grow(_frame, event, _arg):
+        if event == 'line':
+            setattr(kind, next(names), 1)
+        return grow
+
+    def trace(frame, _event, _arg):
+        within = {frame.f_code.co_name, frame.f_back.f_code.co_name}
+        return grow if '_look_at_attributes' in within else None
+
+    traced = sys.gettrace()
+    sys.settrace(trace)  # stands for another thread, which may run between any two lines
+    try:
+        node.change(5.0)
+    finally:
+        sys.settrace(traced)
+    assert kept.things['speed'] == 5.0
+
+
+def test_a_class_without_a_module_keeps_nothing_from_following(node):
+    names = {}
+    exec("Nameless = type('Nameless', (), {})", names)
+    kept = Thing()
+    kept.things = [names['Nameless'](), node.speed()]
+    node.change(5.0)
+    assert kept.things[1] == 5.0
 
 
 def test_tuples_that_are_nested_deeply_follow(node):

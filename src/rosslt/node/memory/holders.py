@@ -59,8 +59,8 @@ class Holder:
     def __init__(self, name: str, thing: object) -> None:
         self._thing: Any = thing
         kind = type(thing)
-        module = str(_module_of(kind))
-        called = kind.__name__.lstrip('_') if module == 'builtins' else f'{module}.{kind.__name__.lstrip("_")}'
+        module = module_of(kind)
+        called = kind.__name__.lstrip('_') if module in ('', 'builtins') else f'{module}.{kind.__name__.lstrip("_")}'
         if kind is _CACHED:
             name = name or str(getattr(thing, '__name__', ''))
         self.text = f'{name} ({called})' if name else called
@@ -80,6 +80,15 @@ class Holder:
         if sys.getrefcount(self._thing) <= _REFERENCES:  # the node has let go of it
             self._thing = None
         return values.sources(_held_in(self._thing, following))
+
+
+def module_of(kind: type) -> str:
+    """The name of the module of a class; '' if it has none, as a class that `type` makes in a text without a name."""
+    try:
+        module = _module_of(kind)
+    except AttributeError:
+        return ''
+    return module if type(module) is str else ''
 
 
 def _held_in(thing: object, following: Set[int]) -> List[Any]:

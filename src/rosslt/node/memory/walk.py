@@ -1,7 +1,8 @@
 """Walks once over all that is the node's own, and notes the places that hold something tracked.
 
 It runs none of the node's own code: classes are asked through what Python itself keeps of them, which no metaclass,
-property or `__getattribute__` can stand in for.
+property or `__getattribute__` can stand in for. Other threads go on meanwhile: each container is read as it is at
+one moment.
 """
 
 import builtins
@@ -18,7 +19,7 @@ from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Opti
 import genpy
 
 from rosslt import values
-from rosslt.node.memory.holders import Holder, is_foreign
+from rosslt.node.memory.holders import Holder, is_foreign, module_of
 from rosslt.node.memory.own_code import is_own_module
 
 #: What gives an owner, as in `values.exchange`; None if it is gone.
@@ -27,7 +28,6 @@ _Look = Callable[[Any], None]
 
 _names_of: Any = vars(type)['__dict__'].__get__
 _bases_of: Any = vars(type)['__mro__'].__get__
-_module_of: Any = vars(type)['__module__'].__get__
 _name_of: Any = vars(type)['__name__'].__get__
 
 _FRAMES = {types.GeneratorType: 'gi_frame', types.CoroutineType: 'cr_frame', types.AsyncGeneratorType: 'ag_frame'}
@@ -77,7 +77,7 @@ class Walk:
         self._tracked = _ids_of_tracked()
         self._own_names = {
             name: is_own_module(vars(module))
-            for name, module in list(sys.modules.items())
+            for name, module in items_of(sys.modules)
             if isinstance(module, types.ModuleType)
         }
         self._waiting += [vars(sys.modules[name]) for name, is_own in self._own_names.items() if is_own]
@@ -125,8 +125,7 @@ class Walk:
         return known
 
     def _is_own_class(self, kind: type) -> bool:
-        module = _module_of(kind)
-        return type(module) is str and self._own_names.get(module, False)
+        return self._own_names.get(module_of(kind), False)
 
     def _looks_of(self, kind: type) -> Sequence[_Look]:
         """Return the functions that look into the objects of a class."""
@@ -148,7 +147,7 @@ class Walk:
             return
         if not _is_of_rospy(kind):
             yield from (getattr(self, look) for base, look in self._OF_BASES.items() if issubclass(kind, base))
-        names = [(_module_of(base), _name_of(base)) for base in _bases_of(kind)]
+        names = [(module_of(base), _name_of(base)) for base in _bases_of(kind)]
         if any('has_provenance' in _names_of(base) for base in _bases_of(kind)):
             yield self._look_into_tracked_array
         elif ('numpy', 'ndarray') in names:
@@ -157,7 +156,7 @@ class Walk:
             yield self._look_at_attributes(kind)
 
     def _look_into_dict(self, thing: Any) -> None:
-        self._hold(thing, list(dict.items(thing)))
+        self._hold(thing, items_of(thing))
 
     def _look_into_list(self, thing: object) -> None:
         noted = self._noted(enumerate(elements_of(thing)))
@@ -168,14 +167,14 @@ class Walk:
         self._waiting += tuple.__iter__(thing)
 
     def _look_into_class(self, thing: object) -> None:
-        self._hold(thing, list(_names_of(thing).items()))
+        self._hold(thing, items_of(_names_of(thing)))
 
     def _look_into_frame(self, thing: types.FrameType) -> None:
         self._look_into_locals(thing, self._refer_to_running)
 
     def _look_into_locals(self, frame: types.FrameType, refer: Callable[[Any], Reference]) -> None:
         held = frame.f_locals
-        self._hold(frame, list(held.items()), refer)
+        self._hold(frame, items_of(held), refer)
         # Python would keep what it holds for as long as the function runs; nobody else has it.
         if sys.getrefcount(held) <= _REFERENCES:
             held.clear()
@@ -232,7 +231,7 @@ class Walk:
 
     def _look_at_attributes(self, kind: type) -> _Look:
         """Return a function that looks at the attributes of the objects of a class."""
-        names = {name: thing for one in reversed(_bases_of(kind)) for name, thing in _names_of(one).items()}
+        names = {name: thing for one in reversed(_bases_of(kind)) for name, thing in items_of(_names_of(one))}
         attributes = names.pop('__dict__', None)
         has_attributes = type(attributes) in (types.GetSetDescriptorType, types.MemberDescriptorType)
         members = [(name, one) for name, one in names.items() if type(one) is types.MemberDescriptorType]
@@ -243,7 +242,7 @@ class Walk:
 
         def look(thing: object) -> None:
             if has_attributes:
-                self._hold(thing, list(dict.items(attributes.__get__(thing))), refer_to_attributes)
+                self._hold(thing, items_of(attributes.__get__(thing)), refer_to_attributes)
             for name, member in members:
                 try:
                     held = member.__get__(thing)
@@ -290,7 +289,7 @@ _NAMESPACES = [
 
 def _is_of_rospy(kind: type) -> bool:
     """Return whether a class is one of rospy or rosslt: what its objects hold is not the node's own."""
-    return str(_module_of(kind)).partition('.')[0] in ('rospy', 'rosslt')
+    return module_of(kind).partition('.')[0] in ('rospy', 'rosslt')
 
 
 def _refer(owner: object) -> Reference:
@@ -304,6 +303,19 @@ def _refer(owner: object) -> Reference:
 def frame_of(thing: object) -> Optional[types.FrameType]:
     """The frame of a generator or coroutine; None if it has ended, or is gone."""
     return None if thing is None else getattr(thing, _FRAMES[type(thing)])
+
+
+def items_of(thing: Any) -> List[Tuple[Any, Any]]:
+    """The items of a dict, or of the names of a class, as they are at one moment.
+
+    Python may collect garbage between two of them, and a finalizer let another thread run, which may add others.
+    """
+    items = dict.items(thing) if issubclass(type(thing), dict) else thing.items()
+    while True:
+        try:
+            return list(items)
+        except RuntimeError:  # they have changed meanwhile
+            continue
 
 
 def elements_of(thing: object) -> List[Any]:
