@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """How soon the messages of a node show what a device does: a tracker at 50 Hz leads a marker of a node at 50 Hz.
 
-From the moment at which the device sends a pose to that at which the first message comes that has the marker there. A node
-that reads the device by itself needs up to its own period for it, which is taken off.
+It counts from when the device sends a pose to when the first message comes that has the marker there. A node that reads
+the device by itself needs up to its own period for that, which is taken off.
 """
 
 import argparse
@@ -105,7 +105,7 @@ def main() -> None:
                 process.terminate()
                 process.wait()
     taken = [1e3 * (delay - 1.0 / RATE) for delay in delays(sent, shown.messages)]
-    print(f'{len(taken)} of {len(sent) - 1} poses are shown, by messages of a node with a period of {1e3 / RATE:.0f} ms')
+    print(f'{len(taken)} of {len(sent) - 1} poses are shown, by a node with a period of {1e3 / RATE:.0f} ms')
     late = statistics.quantiles(taken, n=20)[-1]
     print(f'beyond that period: median {statistics.median(taken):.1f} ms, 95 % within {late:.1f} ms')
 

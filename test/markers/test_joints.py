@@ -16,6 +16,7 @@ from rosslt.markers.geometry import normalized, product, rotate_vector
 from rosslt.markers.rviz.controls import handle_marker
 from rosslt.markers.scene import joints, links
 from rosslt.markers.scene.handle import BODY, POINTS, Settings
+from rosslt.markers.scene.numbers import NumbersHandle
 from rosslt.markers.scene.scene import Scene
 from rosslt.node.change import change_request
 from rosslt.node.robot_description import read_robot
@@ -503,3 +504,13 @@ def test_what_a_joint_cannot_move_does_not_come_from_it(arm):
     (_, _, z), (x, y, _, _) = pose.with_provenance('hand', (0.0, 0.0, 0.5))
     assert (z, x, y) == (1.5, 0.0, 0.0)
     assert not values.sources([z, x, y])
+
+
+def test_joints_that_are_moved_by_name_stop_at_their_limits():
+    found = read_robot(URDF).joints
+    handle = NumbersHandle('/command', [tracked(2.0), tracked(9.0)], [found['boom'], None])
+    drag = Drag(handle, 1.0)
+    drag.move('', (3.0, 20.0))
+    numbers, targets, told = drag.wanted(handle, drag.pose)
+    assert (numbers, targets) == ([2.0, 9.0], [2.4, 20.0])
+    assert told == 'boom is at its maximum 2.4 in robot_description'

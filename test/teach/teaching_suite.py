@@ -5,7 +5,6 @@ import math
 import os
 import shutil
 import signal
-import tempfile
 import unittest
 
 import rospkg
@@ -15,9 +14,9 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from support.fork_server import Program
 from support.processes import Node, wait_until
 from support.shell import failure, lines, rosslt
+from support.teaching import Teach
 
 STAGE = """
     from rosslt import math
@@ -56,27 +55,6 @@ NEAR = 1e-3  # what a hand tells apart
 
 def value(name):
     return float(rosslt('get', '/stage/' + name).stdout)
-
-
-class Teach:
-    """`rosslt teach` in a process of its own, and what it prints."""
-
-    def __init__(self, script, *arguments):
-        self.directory = tempfile.TemporaryDirectory(prefix='rosslt_test_')
-        self.output = os.path.join(self.directory.name, 'output')
-        with open(self.output, 'wb') as output, open(self.output + '.errors', 'wb') as errors:
-            self.process = Program(script, arguments, output, errors)
-
-    def rows(self, kind):
-        with open(self.output, encoding='utf-8') as file:
-            return [row for row in (line.rstrip('\n').split('\t') for line in file) if row[0] == kind]
-
-    def wait_for(self, kind, count=1):
-        return wait_until(lambda: len(self.rows(kind)) >= count and self.rows(kind), f'{count} times {kind}')
-
-    def stop(self, number=signal.SIGINT):
-        self.process.send_signal(number)
-        return self.process.wait(60)
 
 
 class Teaching(unittest.TestCase):

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import pytest
 import rospy
 from geometry_msgs.msg import PoseStamped
-from sensor_msgs.msg import Joy
+from sensor_msgs.msg import JointState, Joy
+from std_msgs.msg import Float64MultiArray
 
 from rosslt.markers import Motions
-from rosslt.teach.devices import Joystick, Options, Tracker
-from rosslt.teach.hand import Hand
+from rosslt.teach.devices import Joints, Joystick, Knob, Options, Tracker
+from rosslt.teach.hand import Hand, NumbersHand
 
 FREE = Motions((True, True, True), True)
 PERIOD = 0.02
@@ -43,11 +44,14 @@ class Played:
         self.drags, self.said, self.now = Drags(), [], 0.0
         chosen = Options(**options)
         handle = SimpleNamespace(name='/box', frame='world')
-        self.hand = Hand(device(chosen), self.drags, '/device', chosen, lambda: (handle, motions, at), self.said.append)
+        self.device = device(chosen)
+        kind = Hand if len(at) == 7 else NumbersHand
+        self.hand = kind(self.device, self.drags, '/device', chosen, lambda: (handle, motions, at), self.said.append)
 
     def take(self, message, after=PERIOD):
         self.now += after
-        message.header.stamp = rospy.Time.from_sec(100.0 + self.now)
+        if hasattr(message, 'header'):
+            message.header.stamp = rospy.Time.from_sec(100.0 + self.now)
         self.hand.take(message, self.now)
 
     def pose(self, x=0.0, y=0.0, z=0.0, yaw=0.0, roll=0.0):
@@ -59,6 +63,9 @@ class Played:
 
     def joy(self, *axes):
         self.take(Joy(axes=list(axes), buttons=[1]))
+
+    def joints(self, a, b):
+        self.take(JointState(name=['a', 'b'], position=[a, b]))
 
     @property
     def place(self):
@@ -173,3 +180,68 @@ def test_a_joystick_turns():
         played.joy(*bad)
         assert played.said[-1].endswith(said)
     assert played.hand.pose[3:] == pytest.approx((0.0, 0.0, math.sin(-0.02), math.cos(-0.02)))
+
+
+def knob(options):
+    return Knob('data[1]', options)
+
+
+def turned(number):
+    return Float64MultiArray(data=[math.nan, number])
+
+
+def test_a_number_goes_as_a_knob_does_times_the_scale():
+    played = Played(knob, at=(3.0,), smooth=0.0, scale=10.0)
+    for number in (0.5, 0.55, 0.6, 0.52):
+        played.take(turned(number))
+    assert played.hand.pose == pytest.approx((3.2,))
+    played.take(turned(0.9))
+    assert played.said == ['a message of /device moves nothing: it leaps by more than 0.1']
+    played.take(turned(0.91))
+    assert played.hand.pose == pytest.approx((3.3,)), 'it goes on from there'
+
+
+@pytest.mark.parametrize(
+    ('message', 'told'),
+    [
+        (turned(math.nan), 'a number is not finite'),
+        (Float64MultiArray(data=[1.0]), 'data has no [1]'),
+    ],
+)
+def test_what_is_no_number_of_a_knob_moves_nothing(message, told):
+    played = Played(knob, at=(3.0,), smooth=0.0)
+    played.take(turned(0.5))
+    played.take(message)
+    assert played.said == ['a message of /device moves nothing: ' + told]
+    assert played.hand.pose == (3.0,)
+    played.take(turned(0.55))
+    assert played.hand.pose == pytest.approx((3.05,))
+
+
+def test_numbers_are_smoothed_each_by_itself_and_become_multiples():
+    played = Played(leader, at=(0.013, 1.0))
+    played.joints(0.0, 0.0)
+    played.joints(0.001, 0.09)
+    assert 0.0 < played.hand.pose[0] - 0.013 < 0.0001
+    assert played.hand.pose[1] > 1.01
+    snapped = Played(leader, at=(0.013, 1.01), smooth=0.0, snap=0.05)
+    snapped.joints(0.0, 0.0)
+    snapped.joints(0.06, 0.0)
+    assert snapped.hand.pose == pytest.approx((0.05, 1.01)), 'what was not moved stays between multiples'
+
+
+def leader(options):
+    device = Joints(options)
+    device.names = ['a', 'b']
+    return device
+
+
+def test_joints_are_read_by_name_in_any_order():
+    played = Played(leader, at=(1.0, 2.0), smooth=0.0)
+    played.joints(0.0, 0.0)
+    played.take(JointState(name=['b', 'c', 'a'], position=[0.03, 7.0, -0.02]))
+    assert played.hand.pose == pytest.approx((0.98, 2.03))
+    played.take(JointState(name=['c'], position=[9.0]))
+    assert not played.said, 'another publisher has other joints'
+    played.joints(-0.02, 0.5)
+    assert played.hand.pose == pytest.approx((0.98, 2.03)), 'a leap of one joint moves none'

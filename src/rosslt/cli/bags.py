@@ -10,8 +10,7 @@ import genpy
 import rosbag
 
 from rosslt.cli.failure import Failure
-from rosslt.cli.master import is_below
-from rosslt.messages import LastProvenance, decode
+from rosslt.messages import LastProvenance, decode, topic_in
 from rosslt.node import Directory, Heard
 
 #: The message type of <node>/rosslt/locations.
@@ -148,7 +147,7 @@ def split_topic(bag: rosbag.Bag, text: str) -> Tuple[str, str]:
     """
     topics = bag.get_type_and_topic_info().topics
     text = '/' + text.lstrip('/')
-    topic = max((name for name in topics if is_below(text, '/' + name.lstrip('/'))), key=len, default=None)
+    topic = topic_in(text, ['/' + name.lstrip('/') for name in topics])
     if topic is None:
         raise Failure(
             '{} has no topic {}, it has {}'.format(

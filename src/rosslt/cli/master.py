@@ -10,6 +10,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 import rosgraph
 import rosgraph.network
 
+from rosslt import messages
 from rosslt.cli.failure import Failure, did_it_begin_with
 
 #: Timeout for answers of a master or a node, and for connections to them, in seconds; a person is waiting.
@@ -74,6 +75,12 @@ def full_name(name: str) -> str:
     return str(rosgraph.names.resolve_name(name, rosgraph.names.make_caller_id('rosslt')))
 
 
+def full_field(text: str) -> str:
+    """TOPIC[/FIELD] with the full name of the topic: a field may have brackets, which a name may not."""
+    path, bracket, index = text.partition('[')
+    return full_name(path) + bracket + index
+
+
 def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
     """Split TOPIC[/FIELD] into the longest topic that it begins with, and the field.
 
@@ -84,19 +91,12 @@ def split_topic(master: rosgraph.Master, text: str) -> Tuple[str, str, str]:
         Failure: there is no such topic, or nobody publishes it.
     """
     types = dict(master.getPublishedTopics('/'))
-    # a field may have brackets, which a name may not
-    path, bracket, index = text.partition('[')
-    full = full_name(path) + bracket + index
-    topic = max((name for name in types if is_below(full, name)), key=len, default=None)
+    full = full_field(text)
+    topic = messages.topic_in(full, types)
     if topic is None:
         meant = did_it_begin_with(full, [name for name in types if not name.startswith('/rosout')])
         raise Failure(f'nobody publishes {full}{meant}')
     return topic, types[topic], full[len(topic) :].lstrip('/.')
-
-
-def is_below(path: str, name: str) -> bool:
-    """Return True if a path equals a name or begins with the name and a separator."""
-    return path == name or (path.startswith(name) and path[len(name)] in '/.[')
 
 
 @contextlib.contextmanager

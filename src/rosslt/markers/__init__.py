@@ -21,7 +21,9 @@ from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.follower import FRAME_RATE, Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
+from rosslt.markers.scene.joints import robot_for
 from rosslt.markers.scene.links import RobotPose
+from rosslt.markers.scene.numbers import NumbersHandle
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.shapes import plain_pose

@@ -20,6 +20,7 @@ from rosslt.messages.field_path import (
     is_sent_as,
     part_at,
     path_steps,
+    topic_in,
 )
 from rosslt.messages.fields import Message, MessageClass, Scalar, kind_of, limits_of, whole_numbers
 from rosslt.messages.inband import (

@@ -7,7 +7,7 @@ A part goes together with its ROS type: a `float32` can come no nearer to a want
 import math
 import re
 import struct
-from typing import Any, Iterator, List, Tuple, Union
+from typing import Any, Iterable, Iterator, List, Optional, Tuple, Union
 
 import genpy
 
@@ -34,6 +34,12 @@ class NoSuchPart(LookupError):
             '{} has no {}'.format(where or getattr(part, '_type', 'it'), f'[{step}]' if isinstance(step, int) else step)
         )
         self.part, self.step, self.where = part, step, where
+
+
+def topic_in(text: str, topics: Iterable[str]) -> Optional[str]:
+    """The longest of some topics that TOPIC[/FIELD] equals or begins with, None if there is none."""
+    found = [name for name in topics if _is_below(text, name)]
+    return max(found, key=len) if found else None
 
 
 def path_steps(path: str) -> List[Union[str, int]]:
@@ -182,3 +188,7 @@ def _types(message: Message) -> List[str]:
         return ['uint32', 'uint32']  # genpy says int32
     types = list(getattr(message, '_slot_types', ()))  # others may have slots and no types
     return types if len(types) == len(message.__slots__) else [''] * len(message.__slots__)
+
+
+def _is_below(path: str, name: str) -> bool:
+    return path == name or (path.startswith(name) and path[len(name)] in '/.[')

@@ -16,7 +16,7 @@ import tf2_ros
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from tf2_msgs.msg import TFMessage
 
-from rosslt import values
+from rosslt import messages, values
 from rosslt.markers import geometry
 from rosslt.markers.geometry import Vector
 from rosslt.teach.turning import rotation_vector, scaled
@@ -33,7 +33,13 @@ WAYS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 #: What the name of a device begins with that is a frame of tf.
 TF = 'tf:'
 
+#: The type of the messages of joints, and the field of it that stands for it.
+JOINTS, POSITION = 'sensor_msgs/JointState', 'position'
+
 STILL: Vector = (0.0, 0.0, 0.0)
+
+#: The least difference that a hand can make, in the unit of the device: metres, radians, or that of a knob.
+RESOLUTION = 1e-3
 
 
 class NotTaught(values.Error):
@@ -51,16 +57,17 @@ class Options(NamedTuple):
         axes: the numbers of the axes of a Joy that are x, y and z.
         speed: that of a Joy whose stick is pushed as far as it goes, in metres per second.
         deadman: the number of the button of a Joy that is pressed as long as the hand holds.
-        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians,
-            before it is scaled.
+        max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians, or
+            the unit of a knob, before it is scaled.
         turn: the numbers of the axes of a Joy that are roll, pitch and yaw; empty if it turns nothing.
         turn_speed: that of a Joy whose stick is pushed as far as it goes, in radians per second.
         expo: how much of the deflection of a stick is its third power, from 0 to 1.
         smooth: the time constant of the filter for poses at rest, in seconds; 0 for none.
         only: what the device may move, of WAYS.
-        scale: how many metres the thing moves by, for one of the device.
-        snap: of what the coordinates of the thing are multiples, in metres; 0 for any.
+        scale: how many metres the thing moves by, for one of the device; of numbers, in their units.
+        snap: of what the coordinates of the thing, or the numbers, are multiples, in metres or their units; 0 for any.
         reference: the frame that the pose of a frame of tf is in; '' for the one that the thing is in.
+        joints: the names of joints that a JointState may move; none for all.
     """
 
     axes: Tuple[int, int, int] = (0, 1, 2)
@@ -75,6 +82,7 @@ class Options(NamedTuple):
     scale: float = 1.0
     snap: float = 0.0
     reference: str = ''
+    joints: FrozenSet[str] = frozenset()
 
 
 class Step(NamedTuple):
@@ -162,6 +170,76 @@ class Joystick(Device):
         """Count a deflection: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
         beyond = math.copysign(max(abs(deflection) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE), deflection)
         return (1.0 - self._options.expo) * beyond + self._options.expo * beyond**3
+
+
+class Numbers(Device):
+    """A device whose numbers move as many others, which go as its own go; the hand holds as long as messages come."""
+
+    trembles = True
+
+    #: The path of the field that has its numbers.
+    path = ''
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return True: each message says where the hand is."""
+        return True
+
+    @property
+    def resolution(self) -> float:
+        """The least difference that a hand can make, in the unit of what it moves."""
+        return RESOLUTION * self._options.scale
+
+
+class Knob(Numbers):
+    """A number in messages of any type.
+
+    Args:
+        path: of the number in its messages.
+        options: what a user has chosen for it.
+    """
+
+    def __init__(self, path: str, options: Options) -> None:
+        super().__init__(options)
+        self.path = path
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """The number."""
+        try:
+            part, type_ = messages.part_at(message, self.path)
+        except (messages.NoSuchPart, ValueError) as error:
+            raise Unusable(str(error)) from None
+        if not is_number(part):
+            raise Unusable(f'{self.path} is a {type_}, and no number')
+        return [float(part)]
+
+
+class Joints(Numbers):
+    """A sensor_msgs/JointState: each joint moves the one of the same name, by its position.
+
+    Attributes:
+        names: of the joints that it moves; messages that lack one of them say nothing of the device.
+    """
+
+    path = POSITION
+
+    def __init__(self, options: Options) -> None:
+        super().__init__(options)
+        self.names: Sequence[str] = ()
+
+    def may_move(self, name: str) -> bool:
+        """Return whether a user lets it move a joint of that name."""
+        return not self._options.joints or name in self._options.joints
+
+    def read(self, message: genpy.Message) -> Optional[genpy.Message]:
+        """The message; None if another publisher sends it, of other joints."""
+        return message if set(self.names) <= set(message.name) else None
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """The positions of the joints."""
+        if len(message.position) != len(message.name):
+            raise Unusable(f'it has {len(message.name)} names, and {len(message.position)} positions')
+        positions = dict(zip(message.name, message.position))
+        return [positions[name] for name in self.names]
 
 
 class Velocity(Device):
@@ -273,6 +351,7 @@ class Frame(Tracker):
 DEVICES: Dict[str, Type[Device]] = {
     'geometry_msgs/PoseStamped': Tracker,
     'geometry_msgs/Twist': Velocity,
+    JOINTS: Joints,
     'sensor_msgs/Joy': Joystick,
 }
 
@@ -281,7 +360,7 @@ def device(name: str, options: Options, timeout: float) -> Tuple[Device, str, Ty
     """A device, the topic that it sends on, and the class of its messages.
 
     Args:
-        name: the full name of its topic, or TF and a frame.
+        name: the full name of its topic, with the path of a field for a knob; or TF and a frame.
         options: what the user has chosen.
         timeout: how long to wait for somebody to send there, in seconds.
 
@@ -293,15 +372,29 @@ def device(name: str, options: Options, timeout: float) -> Tuple[Device, str, Ty
     master, end = rosgraph.Master('/rosslt_teach'), time.monotonic() + timeout
     while True:
         types = {topic: kind for topic, kind in master.getPublishedTopics('/') if kind != '*'}
-        if name in types or time.monotonic() > end:
+        topic = messages.topic_in(name, types)
+        if topic is not None or time.monotonic() > end:
             break
         time.sleep(PERIOD)
-    if name not in types:
+    if topic is None:
         there = sorted(topic for topic, kind in types.items() if kind in DEVICES)
         raise NotTaught(f'nobody publishes {name}; of types that a device has, there are: ' + _list(there))
-    if types[name] not in DEVICES:
-        raise NotTaught(f'{name} is a {types[name]}, and no device; devices are: ' + _list(sorted(DEVICES)))
-    return DEVICES[types[name]](options), name, roslib.message.get_message_class(types[name])
+    kind, path = types[topic], name[len(topic) :].strip('/.')
+    message_class = roslib.message.get_message_class(kind)
+    if message_class is None:
+        raise NotTaught(f'{topic} has the type {kind}, which is not installed here')
+    if path and (kind, path) != (JOINTS, POSITION):
+        return Knob(path, options), topic, message_class
+    if kind not in DEVICES:
+        raise NotTaught(
+            f'{name} is a {kind}, and no device; devices are: {_list(sorted(DEVICES))}, and any number, as {name}/FIELD'
+        )
+    return DEVICES[kind](options), topic, message_class
+
+
+def is_number(part: Any) -> bool:
+    """Return whether a part of a message is a number."""
+    return isinstance(values.untracked(part), (int, float)) and not isinstance(values.untracked(part), bool)
 
 
 def _rotation(numbers: Sequence[float]) -> geometry.Rotation:

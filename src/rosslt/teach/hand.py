@@ -1,13 +1,13 @@
 """The hand of a device: it takes hold of a thing, moves it by the steps of the device, and lets go."""
 
 import math
-from typing import Callable, List, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Callable, List, Optional, Sequence, Set, Tuple, Union
 
 import genpy
 
 from rosslt.markers import HELD, Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
-from rosslt.teach.devices import WAYS, Device, Options, Step, Unusable
+from rosslt.teach.devices import STILL, WAYS, Device, Options, Step, Unusable
 from rosslt.teach.filtering import Filter
 from rosslt.teach.recording import Recording
 from rosslt.teach.turning import rotation_of, scaled
@@ -95,8 +95,10 @@ class Hand:
         if self.pose is None or last is None:
             self._take_hold()
         else:
-            seconds = sent - last[1]
-            self._move(self._device.step(last[0], message, seconds), seconds)
+            self._drags.keep(self._handle.name, self._name)
+            self.pose = self._moved(self.pose, last[0], message, sent - last[1])
+            if not self._drags.move(self._handle.name, self._handle.frame, self.pose, self._name):
+                raise Unusable('the thing is not shown any more')
 
     def _take_hold(self) -> None:
         found = self._grasp()
@@ -106,14 +108,28 @@ class Hand:
         if not self._drags.hold(handle.name, self._name, handle.frame, pose):
             raise Unusable(HELD)
         self._handle, self._motions, self.pose = handle, motions, pose
-        self._wanted = pose[:3]  # without rounding to multiples
-        is_filtered = self._device.trembles and self._options.smooth
-        self._filter = Filter(self._options.smooth) if is_filtered else None
+        self._begin(pose)
 
-    def _move(self, step: Step, seconds: float) -> None:
-        assert self.pose is not None
-        here = self.pose[3:]
-        self._drags.keep(self._handle.name, self._name)
+    def _begin(self, pose: PoseTuple) -> None:
+        """Begin to move a thing from where it is."""
+        self._wanted = pose[:3]  # without rounding to multiples
+        self._filter = self._new_filter()
+
+    def _new_filter(self) -> Optional[Filter]:
+        is_filtered = self._device.trembles and self._options.smooth
+        return Filter(self._options.smooth) if is_filtered else None
+
+    def _moved(self, pose: PoseTuple, before: genpy.Message, now: genpy.Message, seconds: float) -> PoseTuple:
+        """Where the hand has the thing after the next message.
+
+        Args:
+            pose: where it has had it.
+            before, now, seconds: as of `Device.step`.
+
+        Raises:
+            Unusable: the message moves nothing.
+        """
+        step, here = self._device.step(before, now, seconds), pose[3:]
         axes = [axis for axis, is_free in zip(AXES, self._motions.axes) if is_free]
         if not self._motions.is_in_frame:
             axes = [rotate_vector(here, axis) for axis in axes]
@@ -128,10 +144,8 @@ class Hand:
         if self._filter is not None:
             move, turn = self._filter.step(move, turn, seconds)
         self._wanted = _minus(self._wanted, move, -self._options.scale)
-        x, y, z = self._snapped(axes) if any(move) else self.pose[:3]
-        self.pose = x, y, z, *normalized(*product(rotation_of(turn), here))
-        if not self._drags.move(self._handle.name, self._handle.frame, self.pose, self._name):
-            raise Unusable('the thing is not shown any more')
+        x, y, z = self._snapped(axes) if any(move) else pose[:3]
+        return (x, y, z, *normalized(*product(rotation_of(turn), here)))
 
     def _allowed(self, step: Step) -> Step:
         """The part of a step that the device may move."""
@@ -156,6 +170,29 @@ class Hand:
         if reason not in self._said:
             self._said.add(reason)
             self._say(f'a message of {self._name} moves nothing: {reason}')
+
+
+class NumbersHand(Hand):
+    """A hand on numbers, each of which goes as one of the device does; the pose is those numbers."""
+
+    def _begin(self, pose: PoseTuple) -> None:
+        self._numbers: List[float] = list(pose)  # without rounding to multiples
+        self._filters = [self._new_filter() for _ in pose]
+
+    def _moved(self, pose: PoseTuple, before: genpy.Message, now: genpy.Message, seconds: float) -> PoseTuple:
+        ways = [b - a for a, b in zip(self._device.numbers(before), self._device.numbers(now))]
+        if max(map(abs, ways)) > self._options.max_step:
+            raise Unusable(f'it leaps by more than {self._options.max_step:g}')
+        there: List[float] = list(pose)
+        snap = self._options.snap
+        for index, (way, smooth) in enumerate(zip(ways, self._filters)):
+            if smooth is not None:
+                (way, _, _), _ = smooth.step((way, 0.0, 0.0), STILL, seconds)
+            if way:
+                self._numbers[index] += self._options.scale * way
+                there[index] = round(self._numbers[index] / snap) * snap if snap else self._numbers[index]
+        moved: Any = tuple(there)
+        return moved
 
 
 def within(vector: Vector, directions: Sequence[Vector]) -> Vector:

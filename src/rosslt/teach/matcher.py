@@ -11,8 +11,8 @@ import rospy
 
 from rosslt import messages, node, values
 from rosslt.node import Heard
-from rosslt.teach.devices import PERIOD, NotTaught
-from rosslt.teach.pairing import JOINTS, Field, NotYet, paired
+from rosslt.teach.devices import JOINTS, PERIOD, NotTaught
+from rosslt.teach.pairing import Field, NotYet, paired
 
 #: The age from which on what was measured is old, in seconds.
 OLD = 1.0

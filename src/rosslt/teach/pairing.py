@@ -10,12 +10,11 @@ import genpy
 
 from rosslt import messages, values
 from rosslt.node import Heard
-from rosslt.teach.devices import NotTaught
+from rosslt.teach.devices import JOINTS, POSITION, NotTaught, is_number
 
 #: The types of parts of a message that say when and where it was made.
 ABOUT = ('std_msgs/Header', 'Header', 'time', 'duration')
 
-JOINTS = 'sensor_msgs/JointState'
 QUATERNION = 'geometry_msgs/Quaternion'
 
 #: Names of what joints have beside positions.
@@ -72,13 +71,13 @@ def paired(wanted: Field, heard: Heard, measured: Field, others: Sequence[Heard]
         NotTaught: they do not fit together.
         NotYet: no joint is in both, or a number is not finite, so far.
     """
-    part, type_, path = _part(wanted, heard.message)
+    part, type_, path = part_of(wanted, heard.message)
     for field, message, other in ((wanted, heard.message, measured), (measured, others[0].message, wanted)):
         last = other.path.split('/')[-1].split('.')[-1].partition('[')[0]
         if message._type == JOINTS and not field.path and last in OTHERS:
             raise NotTaught(f'{field.topic} stands for its positions, and {other.name} is none: name a field of it')
-    names = _joint_names(heard.message, path)
-    with_names = [one for one in others if _joint_names(one.message, _part(measured, one.message)[2])]
+    names = joint_names(heard.message, path)
+    with_names = [one for one in others if joint_names(one.message, part_of(measured, one.message)[2])]
     if names and type_.endswith(']') and with_names:
         pairs, left_out = _of_joints(wanted, names, part, path, measured, with_names)
     else:
@@ -91,10 +90,10 @@ def _of_joints(
 ) -> Tuple[List[Pair], List[str]]:
     found: Dict[str, Tuple[float, str]] = {}
     for one in others:
-        array, type_, at = _part(measured, one.message)
+        array, type_, at = part_of(measured, one.message)
         if not type_.endswith(']'):
             raise _misfit(wanted, 'an array', measured, type_)
-        for name, number in zip(_joint_names(one.message, at), values.untracked(array)):
+        for name, number in zip(joint_names(one.message, at), values.untracked(array)):
             if found.get(name, (0.0, one.publisher))[1] != one.publisher:
                 raise NotTaught(f'{found[name][1]} and {one.publisher} both send the joint {name} on {measured.topic}')
             found[name] = float(number), one.publisher
@@ -106,11 +105,11 @@ def _of_joints(
     ]
     if not pairs:
         raise NotYet(
-            f'no joint of {wanted.topic} ({_few([name for name, _ in own])}) is among those of {measured.topic} '
-            f'that were heard in the last second ({_few(sorted(found))}): name a joint in both alike'
+            f'no joint of {wanted.topic} ({few([name for name, _ in own])}) is among those of {measured.topic} '
+            f'that were heard in the last second ({few(sorted(found))}): name a joint in both alike'
         )
     missing = [name for name, _ in own if name not in found]
-    return pairs, [f'{_few(missing)} of {wanted.topic} stays: {measured.topic} does not name it'] if missing else []
+    return pairs, [f'{few(missing)} of {wanted.topic} stays: {measured.topic} does not name it'] if missing else []
 
 
 def _by_name(
@@ -126,7 +125,7 @@ def _by_name(
         who = ' and '.join(sorted({one.publisher for one in others}))
         raise NotTaught(f'{who} send {measured.topic}, and it is not known whose is meant: have one send another topic')
     (other,) = others
-    theirs, other_type, at = _part(measured, other.message)
+    theirs, other_type, at = part_of(measured, other.message)
     frames = _frame(message, path), _frame(other.message, at)
     if all(frames) and frames[0] != frames[1] and JOINTS not in (message._type, other.message._type):
         raise NotTaught(
@@ -148,7 +147,7 @@ def _by_name(
         more = [name or 'a number' for name in has if name not in lacks]
         if more:
             raise NotTaught(
-                f'{wanted.name} is a {type_} and {measured.name} a {other_type}: {field.name} has {_few(more)}, which '
+                f'{wanted.name} is a {type_} and {measured.name} a {other_type}: {field.name} has {few(more)}, which '
                 f'{there.name} does not have; match the numbers that both have'
             )
     signs = _signs(part, type_, numbers, found)
@@ -170,9 +169,9 @@ def _signs(part: Any, type_: str, numbers: Dict[str, float], found: Dict[str, fl
     return signs
 
 
-def _part(field: Field, message: genpy.Message) -> Tuple[Any, str, str]:
+def part_of(field: Field, message: genpy.Message) -> Tuple[Any, str, str]:
     """A field of a message, its type and its path: the positions of a JointState stand for it."""
-    path = field.path or ('position' if message._type == JOINTS else '')
+    path = field.path or (POSITION if message._type == JOINTS else '')
     try:
         part, type_ = messages.part_at(message, path)
     except messages.NoSuchPart as missing:
@@ -180,7 +179,7 @@ def _part(field: Field, message: genpy.Message) -> Tuple[Any, str, str]:
     return part, type_, path.strip('/').replace('/', '.')
 
 
-def _joint_names(message: genpy.Message, path: str) -> List[str]:
+def joint_names(message: genpy.Message, path: str) -> List[str]:
     """The names of the joints that an array of a message has numbers of; none if the message does not name them."""
     names: Any = []
     for part in _around(message, path):
@@ -218,7 +217,7 @@ def _numbers(part: Any, type_: str, path: str = '') -> Iterator[Tuple[str, float
             yield from _numbers(one, type_[: type_.rindex('[')], f'{path}[{index}]')
     else:
         plain = values.untracked(part)
-        if isinstance(plain, (int, float)) and type_ != 'bool':
+        if is_number(plain) and type_ != 'bool':
             yield path, plain
 
 
@@ -247,6 +246,7 @@ def _misfit(wanted: Field, what: str, measured: Field, type_: str) -> NotTaught:
     return NotTaught(f'{wanted.name} is {what}, and {measured.name} a {type_}')
 
 
-def _few(names: Sequence[str]) -> str:
+def few(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
     more = [f'{len(names) - MOST} more'] if len(names) > MOST else []
     return ', '.join([*names[:MOST], *more]) or 'none'

@@ -18,6 +18,7 @@ from rosslt.markers import (
     Follower,
     Handle,
     Motions,
+    NumbersHandle,
     OtherViews,
     Rules,
     Scene,
@@ -26,11 +27,12 @@ from rosslt.markers import (
     short_numbers,
 )
 from rosslt.markers.geometry import PoseTuple
-from rosslt.teach.devices import Device, Frame, Joystick, NotTaught, Options
-from rosslt.teach.hand import SILENCE, Hand
+from rosslt.teach.devices import PERIOD, RESOLUTION, Device, Frame, Joystick, NotTaught, Numbers, Options
+from rosslt.teach.hand import SILENCE, Hand, NumbersHand
 from rosslt.teach.recording import Recording, Written
+from rosslt.teach.target import Target
 
-#: Shows whether the hand holds the thing, where it is, and {name: value} of its sources.
+#: Shows whether the hand holds the thing, where it is or what its numbers are, and {name: value} of its sources.
 Show = Callable[[bool, Sequence[float], Dict[str, Any]], None]
 
 #: How often sources follow, in Hz: a device that sends at 50 Hz does not wait for it.
@@ -47,22 +49,23 @@ class Teacher(Follower):
 
     Args:
         say: is called with each text that stands at the thing, and with what is wrong with the device.
+        device: moves the thing.
 
     Attributes:
         recording: of what its hand does; None if the thing stays where the hand lets go.
     """
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, say: Callable[[str], None], device: Device) -> None:
         descriptions, scene = Descriptions(), Scene(Settings())
         super().__init__(scene, descriptions)
-        self._say = say
+        self._say, self._device = say, device
+        rules = Rules(rate=RATE, resolution=device.resolution if isinstance(device, Numbers) else RESOLUTION)
         others = OtherViews(scene, str)
-        self._drags = Drags(scene, Rules(rate=RATE), descriptions.name, node.NodeErrors().raised_since, others)
+        self._drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since, others)
         self._there: Dict[str, Tuple[Motions, PoseTuple]] = {}  # by name: what is shown, and where
         self._name, self._said = '', ''
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
         self.recording: Optional[Recording] = None
-        Watch(scene)
 
     # As a view.
 
@@ -96,18 +99,21 @@ class Teacher(Follower):
         self.recording = Recording(self._drags, self._scene, tolerance, lever, self._descriptions.name)
         self._show_written = show
 
-    def find(self, target: str, timeout: float, device: Device) -> str:
+    def find(self, target: str, topic: str, timeout: float) -> str:
         """The name of the handle that is meant.
 
         Args:
-            target: its name, or a topic that shows one thing.
+            target: its name, or a topic that shows one thing; for a device of numbers, TOPIC/FIELD.
+            topic: that the device sends on.
             timeout: how long to wait for it, in seconds.
-            device: is to move it.
 
         Raises:
             NotTaught: there is none, there are several, or the device cannot move it, or is not there.
         """
-        end = time.monotonic() + timeout
+        end, device = time.monotonic() + timeout, self._device
+        if isinstance(device, Numbers):
+            return self._find_numbers(device, Target(self._scene, target, device, topic), end)
+        Watch(self._scene)
         found: List[str] = []
         while not found and time.monotonic() < end and not rospy.is_shutdown():
             self._keep_up()
@@ -131,11 +137,21 @@ class Teacher(Follower):
             self.recording.check(handle)
         return found[0]
 
+    def _find_numbers(self, device: Numbers, target: Target, end: float) -> str:
+        while target.name not in self._there:
+            if target.why and (time.monotonic() > end or rospy.is_shutdown()):
+                raise NotTaught(target.why)
+            target.look()
+            self._keep_up()
+            rospy.rostime.wallsleep(PERIOD)
+        if target.left_out:
+            self._say(target.left_out)
+        return target.name
+
     def teach(
         self,
         name: str,
         by: str,
-        device: Device,
         topic: str,
         device_class: Type[genpy.Message],
         options: Options,
@@ -147,13 +163,15 @@ class Teacher(Follower):
         Args:
             name: of the handle.
             by: the name of the device.
-            device, topic, device_class: as `device` gives them.
+            topic, device_class: as `device` gives them.
             options: of the device, and of its clutch.
             clutch: the topic of a Joy whose button is pressed as long as the hand holds; '' for none.
             show: is called some thirty times a second.
         """
         self._name = name
-        hand = Hand(device, self.recording or self._drags, by, options, functools.partial(self._grasp, name), self._say)
+        kind = NumbersHand if isinstance(self._device, Numbers) else Hand
+        drags, grasp = self.recording or self._drags, functools.partial(self._grasp, name)
+        hand = kind(self._device, drags, by, options, grasp, self._say)
         subscribers = [rospy.Subscriber(topic, device_class, self._note, False, tcp_nodelay=True)]
         if clutch:
             subscribers.append(rospy.Subscriber(clutch, Joy, self._note, True, tcp_nodelay=True))
@@ -219,7 +237,8 @@ class Teacher(Follower):
         handle = self._scene.handle(self._name)
         place = hand.pose or (self._there[self._name][1] if self._name in self._there else ())
         sources = values.source_values(list(handle.tracked)) if handle is not None else {}
-        show(hand.pose is not None, place[:3], {self._descriptions.name(one): value for one, value in sources.items()})
+        shown = place if isinstance(handle, NumbersHandle) else place[:3]
+        show(hand.pose is not None, shown, {self._descriptions.name(one): value for one, value in sources.items()})
 
     def _note(self, message: genpy.Message, is_clutch: bool) -> None:
         self._messages.put((is_clutch, message, time.monotonic()))

@@ -14,18 +14,20 @@ import rospy
 
 from rosslt import node, values
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.master import find_master, full_name, split_topic
+from rosslt.cli.master import find_master, full_field, full_name, split_topic
 from rosslt.cli.output import few, is_terminal, shortened, write_row
 from rosslt.cli.verb import CHANGE, Argument
 
 GROUP = CHANGE
-SUMMARY = 'have a joystick, a velocity command or a tracker drag a thing'
+SUMMARY = 'have a joystick, a tracker or a knob drag a thing or turn a number'
 DESCRIPTION = """Have a device do what the mouse does in RViz: drag a thing, by the numbers behind it. DEVICE is a
 topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pressed, and a stick moves it. With a
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
-messages come, and moves as the pose does, without the trembling of a hand; so does tf:FRAME, a frame of tf. A device
-that is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From
-taking hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
+messages come, and moves as the pose does, without the trembling of a hand; so does tf:FRAME, a frame of tf. A number
+of any topic, as /knob/data or /panel/values[2], moves the number TARGET by as much as it changes itself, and the joints
+of a sensor_msgs/JointState move the joints of the same names in TARGET; both hold as a PoseStamped does. A device that
+is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From taking
+hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
 
 With --record, the whole way from taking hold to letting go becomes rows in the file, below the row that the thing comes
 from: the fewest whose straight ways stay within --tolerance of it. Then the thing goes back to where it was.
@@ -43,16 +45,18 @@ examples:
   rosslt teach /goal --by /cmd_vel
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
   rosslt teach /goal --by tf:hand --in world --clutch /joy
+  rosslt teach /gains/data[1] --by /panel/values[2] --scale 0.1
+  rosslt teach /arm/command --by /leader/joint_states --clutch /joy
   rosslt teach /goal --by tf:hand --clutch /joy --record --tolerance 0.01
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
 
 In a pipe it is a line of columns between tabs for each event: holds, lets go, or says; the name of the thing; then the
-DEVICE, x, y and z, or the text that it says. With --record also: records, the thing, the number of poses, the number of
-rows, and file:line of the row above them, as the node has read it. With --match: matches or refused; who has pressed;
-then NODE/LOCATION, the value before and the value after, for each number that has changed, or the reason. What else
-there is to know of it are lines that begin with says, and who has pressed.
+DEVICE, x, y and z or the numbers, or the text that it says. With --record also: records, the thing, the number of
+poses, the number of rows, and file:line of the row above them, as the node has read it. With --match: matches or
+refused; who has pressed; then NODE/LOCATION, the value before and the value after, for each number that has changed, or
+the reason. What else there is to know of it are lines that begin with says, and who has pressed.
 """
 ARGUMENTS = [
     Argument(
@@ -60,7 +64,8 @@ ARGUMENTS = [
         nargs='?',
         default='',
         metavar='TARGET',
-        help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing',
+        help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing; TOPIC/FIELD of a number '
+        'or of joints',
     ),
     Argument(
         '--by',
@@ -68,7 +73,7 @@ ARGUMENTS = [
         default='',
         exclusive=True,
         completer='topics',
-        help='the topic of the device, or tf:FRAME',
+        help='the topic of the device, tf:FRAME, or TOPIC/FIELD of a number',
     ),
     Argument(
         '--in',
@@ -97,7 +102,13 @@ ARGUMENTS = [
     Argument('--turn', metavar='N,N,N', help='axes of a Joy that are roll, pitch and yaw'),
     Argument('--turn-speed', type=float, default=0.5, metavar='W', help='rad/s of a stick at its stop (default: 0.5)'),
     Argument('--clutch', default='', completer='topics', metavar='JOY', help='a Joy whose button holds instead'),
-    Argument('--max-step', type=float, default=0.1, metavar='D', help='m or rad between two messages (default: 0.1)'),
+    Argument(
+        '--max-step',
+        type=float,
+        default=0.1,
+        metavar='D',
+        help='m or rad between two messages (default: 0.1)',
+    ),
     Argument(
         '--smooth',
         type=float,
@@ -111,8 +122,17 @@ ARGUMENTS = [
         metavar='WAYS',
         help='what the device may move, in the frame of the thing, as x,y,yaw (default: x,y,z,roll,pitch,yaw)',
     ),
-    Argument('--scale', type=float, default=1.0, metavar='F', help='m that the thing moves per m (default: 1)'),
-    Argument('--snap', type=float, default=0.0, metavar='D', help='coordinates become multiples of so many metres'),
+    Argument(
+        '--joints', default='', metavar='NAMES', help='the joints that a JointState may move, as a,b (default: all)'
+    ),
+    Argument(
+        '--scale',
+        type=float,
+        default=1.0,
+        metavar='F',
+        help='m that the thing moves per m, or a number per 1 of a knob (default: 1)',
+    ),
+    Argument('--snap', type=float, default=0.0, metavar='D', help='coordinates or numbers become multiples of it'),
     Argument(
         '--record', action='store_true', help='with --by: a path of the hand becomes rows below the row of the thing'
     ),
@@ -169,6 +189,7 @@ def _drag(options: argparse.Namespace) -> None:
         options.scale,
         options.snap,
         options.reference,
+        frozenset(filter(None, options.joints.split(','))),
     )
     if not options.target:
         raise Misused('--by needs a TARGET: what the device is to drag')
@@ -187,19 +208,23 @@ def _drag(options: argparse.Namespace) -> None:
     if options.reference and not is_frame:
         raise Misused(f'--in is for a frame of tf, as --by {teach.TF}hand; found --by {options.by}')
     find_master()
-    by = options.by if is_frame else full_name(options.by)
+    by = options.by if is_frame else full_field(options.by)
     clutch = full_name(options.clutch) if options.clutch else ''
     device, topic, device_class = teach.device(by, chosen, options.wait)
+    if options.record and isinstance(device, teach.Numbers):
+        raise Misused(f'--record is for a thing that has a pose; {by} moves numbers')
+    if chosen.joints and not isinstance(device, teach.Joints):
+        raise Misused(f'--joints is for a sensor_msgs/JointState; {by} is none')
     node.init_node(NODE, anonymous=True, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     screen = Screen(by)
-    teacher = teach.Teacher(screen.say)
+    teacher = teach.Teacher(screen.say, device)
     if options.record:
         teacher.record(options.tolerance or TOLERANCE, options.lever or LEVER, screen.records)
-    screen.name = teacher.find(full_name(options.target), options.wait, device)
+    screen.name = teacher.find(full_field(options.target), topic, options.wait)
     screen.begin()
-    teacher.teach(screen.name, by, device, topic, device_class, chosen, clutch, screen.show)
+    teacher.teach(screen.name, by, topic, device_class, chosen, clutch, screen.show)
     screen.end()
 
 

@@ -5,7 +5,7 @@ import time
 from typing import Any, Collection, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
-from rosslt.markers.geometry import PoseTuple, are_same_rotation, normalized, turn_without_noise, without_noise
+from rosslt.markers.geometry import PoseTuple, are_same_rotation
 from rosslt.markers.scene.handle import Handle, has_source
 
 #: The rounding error of 32-bit numbers, relative to their size or 1.
@@ -69,14 +69,14 @@ class Drag:
     def begin(self, frame: str, pose: PoseTuple) -> None:
         """The hand took hold of it at this pose; a moving thing may have left the pose of the last message."""
         if self._is_sound(frame, pose):
-            self.start = self.asked = self.pose = self._without_noise(pose)
+            self.start = self.asked = self.pose = self.handle.settled(self.start, pose, NOISE)
             self.turn = self.handle.turn(self.pose)
 
     def move(self, frame: str, pose: PoseTuple) -> None:
         """The hand is at a pose now."""
         if not self._is_sound(frame, pose):
             return
-        self.pose = self._without_noise(pose)
+        self.pose = self.handle.settled(self.start, pose, NOISE)
         self.turn = self.handle.turn(self.pose, self.turn)
         # Only coordinates that the hand has changed are asked for, also when they return to their start.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
@@ -153,12 +153,6 @@ class Drag:
             self.fault = 'its pose is not finite'
             return False
         return True
-
-    def _without_noise(self, pose: PoseTuple) -> PoseTuple:
-        """A pose whose unchanged coordinates are exactly those of the start: RViz reports all of them, in 32 bits."""
-        x, y, z = without_noise(self.start[:3], pose[:3], NOISE)
-        start = (self.start[3], self.start[4], self.start[5], self.start[6])
-        return (x, y, z, *turn_without_noise(start, normalized(*pose[3:]), NOISE))
 
 
 def _sources(handle: Handle) -> Dict[values.Source, Any]:

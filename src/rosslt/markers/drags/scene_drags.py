@@ -25,9 +25,6 @@ from rosslt.markers.geometry import PoseTuple
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.scene import Scene
 
-#: The maximal distance from its target at which a drag ends without a message, in the unit of the coordinate.
-NOTICEABLE = 1e-3
-
 #: The time after which a hand of which nothing is heard has let go, in seconds. A view reports a hand several times a
 #: second while a button is down.
 SILENCE = 3.0
@@ -47,8 +44,8 @@ class Rules(NamedTuple):
         is_live: whether they follow while the mouse moves, or when the button is released.
         rate: how often they follow while it moves, in Hz.
         timeout: how long an owner may take to answer, in seconds.
-        resolution: the least difference that a hand can make, in metres, radians and parts of a quaternion: sources
-            become as round as that allows.
+        resolution: the least difference that a hand can make, in metres, radians and parts of a quaternion, or in the
+            unit of a number: sources become as round as that allows, and what is that near is where it is wanted.
     """
 
     is_live: bool = True
@@ -413,7 +410,7 @@ class Drags:
             is_others = isinstance(error, values.NotInvertible) and others
             return values.NotInvertible(self._comes_from(others)) if is_others else error
         # The nearest whole number is all that can be had: where it puts the thing is where that belongs.
-        drag.is_exact = plan.gap <= NOTICEABLE and not plan.whole
+        drag.is_exact = plan.gap <= self._rules.resolution and not plan.whole
         self._say_how_far(drag, handle, plan, limit, stays)
         return None
 
@@ -445,7 +442,7 @@ class Drags:
 
     def _say_how_far(self, drag: Drag, handle: Handle, plan: changes.Plan, limit: str, stays: str) -> None:
         reasons = [wording.short_numbers(limit)] if limit else []
-        if plan.gap > NOTICEABLE:
+        if plan.gap > self._rules.resolution:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
             reasons = reasons or ['as near as possible']
@@ -455,7 +452,7 @@ class Drags:
             place = node.directory().of(source)
             if place is not None and place.location.plain_copies:
                 reasons.append(f'{self._name_of(source)}: {place.location.plain_copies}')
-        reasons += [WENT_ON] if drag.went_on > NOTICEABLE else []
+        reasons += [WENT_ON] if drag.went_on > self._rules.resolution else []
         reasons += [stays] if stays else []
         chosen = self.chosen.get(handle.name)
         if chosen and not drag.chosen and plan.after:

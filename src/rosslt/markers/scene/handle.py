@@ -5,7 +5,16 @@ from typing import Any, Callable, Hashable, Iterable, List, NamedTuple, Optional
 from visualization_msgs.msg import Marker
 
 from rosslt import values
-from rosslt.markers.geometry import PoseTuple, Rotation, Vector, onto, product
+from rosslt.markers.geometry import (
+    PoseTuple,
+    Rotation,
+    Vector,
+    normalized,
+    onto,
+    product,
+    turn_without_noise,
+    without_noise,
+)
 
 #: The size of arrows and rings relative to the thing that they surround, so that they stand outside it: RViz begins
 #: arrows at half of that.
@@ -177,6 +186,18 @@ class Handle:
             ([tracked value], [what it should become]).
         """
         raise NotImplementedError
+
+    def settled(self, start: PoseTuple, pose: PoseTuple, noise: float) -> PoseTuple:
+        """A reported pose whose unchanged coordinates are exactly those of the start: RViz reports all of them, in 32
+        bits.
+
+        Args:
+            start: where the hand took hold of it.
+            noise: the rounding error of 32 bits, relative.
+        """
+        x, y, z = without_noise(start[:3], pose[:3], noise)
+        rotation = (start[3], start[4], start[5], start[6])
+        return (x, y, z, *turn_without_noise(rotation, normalized(*pose[3:]), noise))
 
     def asked(self, can_change: CanChange) -> List[Any]:
         """Return the tracked values that a drag may ask to become others.

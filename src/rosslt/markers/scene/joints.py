@@ -72,13 +72,8 @@ class JointHandle(RobotHandle):
 
     def limited(self, targets: List[float], turn: float) -> Tuple[List[float], str]:
         """The target within the limits of the joint, and which limit stops it."""
-        joint, wanted = self._joint, turn if self._joint.is_turning else targets[0]
-        kept = joint.kept(wanted, float(self._value))
-        if kept == wanted:
-            return [wanted], ''
-        word, limit = ('maximum', joint.upper) if kept < wanted else ('minimum', joint.lower)
-        where = 'at' if values.is_same(kept, limit) else 'beyond'
-        return [kept], f'{joint.name} is {where} its {word} {limit!r} in robot_description'
+        kept, told = kept_within(self._joint, turn if self._joint.is_turning else targets[0], float(self._value))
+        return [kept], told
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """A ring around its axis, or a way along it."""
@@ -90,6 +85,16 @@ class JointHandle(RobotHandle):
         return Motions((is_free, False, False))
 
 
+def kept_within(joint: node.Joint, wanted: float, present: float) -> Tuple[float, str]:
+    """The position of a joint within its limits, and which limit stops it, '' for none."""
+    kept = joint.kept(wanted, present)
+    if kept == wanted:
+        return wanted, ''
+    word, limit = ('maximum', joint.upper) if kept < wanted else ('minimum', joint.lower)
+    where = 'at' if values.is_same(kept, limit) else 'beyond'
+    return kept, f'{joint.name} is {where} its {word} {limit!r} in robot_description'
+
+
 def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator[Tuple[str, Optional[Handle]]]:
     """A JointState: a handle for each joint that has a tracked position, and for each link that such joints move.
 
@@ -98,7 +103,7 @@ def joint_state(topic: str, message: JointState, settings: Settings) -> Iterator
     """
     if not any(map(has_source, message.position)) or len(message.name) != len(message.position):
         return
-    robot, former = _robot_for(topic), _FORMER.get(topic)
+    robot, former = robot_for(topic), _FORMER.get(topic)
     if former is not None and former is not robot:
         yield from [('{}:{}'.format(topic, name), None) for name in former.joints]
         yield from [(link_name(topic, link), None) for link in {**former.holding, **former.shapes}]
@@ -124,7 +129,7 @@ _FORMER: Dict[str, node.Robot] = {}
 _description_for = functools.lru_cache(maxsize=None)(node.description_for)
 
 
-def _robot_for(topic: str) -> node.Robot:
+def robot_for(topic: str) -> node.Robot:
     """The robot that a topic is about, one without joints if there is no description of it."""
     try:
         parameter = _description_for(topic)

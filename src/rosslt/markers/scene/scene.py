@@ -212,6 +212,11 @@ class Scene:
         for fault in filter(None, faults):
             rospy.logwarn_throttle_identical(WARNING_PERIOD, '{} on {}: {}'.format(publisher, topic, fault))
 
+    def show(self, topic: str, handle: Handle, publisher: str) -> None:
+        """Show the only handle of a topic, made of a message of a type that need not be one that is seen."""
+        with self._lock:
+            self._put(topic, self._things.setdefault(topic, {}), (), [handle], publisher)
+
     def expire(self) -> None:
         """Drop the things whose lifetime is over, or begins later: a simulation has set the clock back."""
         with self._lock:
