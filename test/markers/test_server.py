@@ -72,6 +72,46 @@ def test_poses_are_sent_and_those_who_come_later_get_them(master):
     assert (number, present) == (3, [['one', 4.0]])
 
 
+NUMBERED = """
+    import sys, threading
+    from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerUpdate
+    from rosslt.markers.rviz.server import Server
+
+    class Sent(list):
+        def publish(self, update):
+            time.sleep(0)  # the other thread may go on here, as while a message is written to a socket
+            self.append([update.type == InteractiveMarkerUpdate.KEEP_ALIVE, update.seq_num])
+
+    server = Server('handles')
+    server.insert(InteractiveMarker(name='one'), print)
+    server.applyChanges()
+    server.update_pub, is_over = Sent([[False, server.seq_num]]), threading.Event()
+
+    def keep_alive():
+        while not is_over.is_set():
+            server.keepAlive(None)
+
+    sys.setswitchinterval(1e-6)
+    thread = threading.Thread(target=keep_alive)
+    thread.start()
+    for index in range(500):
+        server.setPose('one', Pose(position=Point(index, 0.0, 0.0)))
+        server.applyChanges()
+    is_over.set()
+    thread.join()
+    print(json.dumps(server.update_pub), flush=True)
+    """
+
+
+@pytest.mark.rostest
+def test_numbers_of_updates_and_keep_alives_are_in_order(master):
+    """RViz drops all markers for more than a second if one is not."""
+    with Node('numbered', NUMBERED, wait_for=None) as node:
+        sent = json.loads(node.read_line())
+    pairs = zip(sent, sent[1:])
+    assert [(last, one) for (_, last), (is_alive, one) in pairs if one != last + (not is_alive)] == []
+
+
 INTERRUPTED = """
     from visualization_msgs.msg import InteractiveMarker
     from rosslt.markers.rviz.server import Server
