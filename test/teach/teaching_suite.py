@@ -13,6 +13,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from sensor_msgs.msg import Joy
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from support.processes import Node, wait_until
 from support.shell import failure, lines, rosslt
@@ -126,6 +127,27 @@ class Teaching(unittest.TestCase):
         rosslt('undo', '/stage')
         self.assertEqual((value('x'), value('half_y')), (1.0, 0.5))
         self.assertEqual(teaching.stop(), 0)
+
+    def test_a_dry_run_moves_a_ghost_and_says_what_would_change(self):
+        ghosts = []
+        ghost = rospy.Subscriber('/slt_teach/ghost', MarkerArray, ghosts.append)
+        self.addCleanup(ghost.unregister)
+        joy = self.joystick()
+        before = len(lines('log', '/stage'))
+        teaching = self.teach(joy, '/things:box:0', '--dry-run')
+        wait_until(ghost.get_num_connections, 'the ghost is heard')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(50)], self.joy(held=False))
+        ((*_, told),) = teaching.wait_for('says')
+        self.assertEqual(told, f'would change x 1.0 -> {1.0 + 50 * STEP}')
+        self.play(joy, self.joy(), *[self.joy(1.0) for _ in range(500)], self.joy(held=False))
+        told = teaching.wait_for('says', 2)[1][-1]
+        self.assertEqual(told, 'would change x 1.0 -> 4.0; x is at its maximum 4.0')
+        self.assertEqual(value('x'), 1.0)
+        self.assertEqual(len(lines('log', '/stage')), before)
+        wait_until(lambda: ghosts[-1].markers[0].action == Marker.DELETEALL, 'the ghost goes')
+        shown = [array.markers[0] for array in ghosts if array.markers[0].action == Marker.ADD]
+        self.assertEqual({(one.type, one.header.frame_id, one.color.a) for one in shown}, {(Marker.CUBE, 'world', 0.5)})
+        self.assertAlmostEqual(max(one.pose.position.x for one in shown), 1.0 + 500 * STEP)
 
     def test_a_second_hold_goes_on_from_where_the_thing_was_dropped(self):
         joy = self.joystick()

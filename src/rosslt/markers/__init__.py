@@ -10,12 +10,13 @@ from rosslt.markers.describing import Descriptions
 from rosslt.markers.drags import joint_limits, mouse
 from rosslt.markers.drags.other_views import OtherViews
 from rosslt.markers.drags.scene_drags import Drags, Rules
-from rosslt.markers.drags.waypoints import solve_waypoints
+from rosslt.markers.drags.waypoints import plan_drag, solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
 from rosslt.markers.frame_roots import most_common_root
 from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
-from rosslt.markers.rviz.configuration import open_rviz
+from rosslt.markers.rviz.configuration import GHOST, open_rviz
+from rosslt.markers.rviz.controls import pose_message
 from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn
 from rosslt.markers.scene.by_type import KINDS, MessageKind

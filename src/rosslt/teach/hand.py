@@ -9,6 +9,7 @@ from rosslt.markers import HELD, Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
 from rosslt.teach.devices import STILL, WAYS, Device, Options, Step, Unusable
 from rosslt.teach.filtering import Filter
+from rosslt.teach.ghost import Ghost
 from rosslt.teach.recording import Recording
 from rosslt.teach.turning import rotation_of, scaled
 
@@ -37,7 +38,7 @@ class Hand:
     def __init__(
         self,
         device: Device,
-        drags: Union[Drags, Recording],
+        drags: Union[Drags, Recording, Ghost],
         name: str,
         options: Options,
         grasp: Callable[[], Optional[Tuple[Handle, Motions, PoseTuple]]],

@@ -28,6 +28,7 @@ from rosslt.markers import (
 )
 from rosslt.markers.geometry import PoseTuple
 from rosslt.teach.devices import PERIOD, RESOLUTION, Device, Frame, Joystick, NotTaught, Numbers, Options
+from rosslt.teach.ghost import Ghost
 from rosslt.teach.hand import SILENCE, Hand, NumbersHand
 from rosslt.teach.recording import Recording, Written
 from rosslt.teach.target import Target
@@ -66,6 +67,7 @@ class Teacher(Follower):
         self._name, self._said = '', ''
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
         self.recording: Optional[Recording] = None
+        self._ghost: Optional[Ghost] = None
 
     # As a view.
 
@@ -98,6 +100,10 @@ class Teacher(Follower):
         """
         self.recording = Recording(self._drags, self._scene, tolerance, lever, self._descriptions.name)
         self._show_written = show
+
+    def lead_ghost(self) -> None:
+        """Have the hand lead a ghost of the thing, and nothing change."""
+        self._ghost = Ghost(self._scene, self._descriptions.name, self._say)
 
     def find(self, target: str, topic: str, timeout: float) -> str:
         """The name of the handle that is meant.
@@ -170,7 +176,8 @@ class Teacher(Follower):
         """
         self._name = name
         kind = NumbersHand if isinstance(self._device, Numbers) else Hand
-        drags, grasp = self.recording or self._drags, functools.partial(self._grasp, name)
+        drags = self._ghost or self.recording or self._drags
+        grasp = functools.partial(self._grasp, name)
         hand = kind(self._device, drags, by, options, grasp, self._say)
         subscribers = [rospy.Subscriber(topic, device_class, self._note, False, tcp_nodelay=True)]
         if clutch:

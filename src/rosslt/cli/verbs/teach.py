@@ -133,6 +133,7 @@ ARGUMENTS = [
         help='m that the thing moves per m, or a number per 1 of a knob (default: 1)',
     ),
     Argument('--snap', type=float, default=0.0, metavar='D', help='coordinates or numbers become multiples of it'),
+    Argument('--dry-run', action='store_true', help='with --by: a ghost moves, and it is said what would change'),
     Argument(
         '--record', action='store_true', help='with --by: a path of the hand becomes rows below the row of the thing'
     ),
@@ -200,6 +201,8 @@ def _drag(options: argparse.Namespace) -> None:
             raise Misused(f'--{name} is for --record')
         if length is not None and not sys.float_info.min <= length <= sys.float_info.max:
             raise Misused(f'--{name} must be a number above 0, found {length}')
+    if options.dry_run and options.record:
+        raise Misused('--dry-run changes nothing, and --record writes a file: give one of them')
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
     is_frame = options.by.startswith(teach.TF)
@@ -222,6 +225,8 @@ def _drag(options: argparse.Namespace) -> None:
     teacher = teach.Teacher(screen.say, device)
     if options.record:
         teacher.record(options.tolerance or TOLERANCE, options.lever or LEVER, screen.records)
+    if options.dry_run:
+        teacher.lead_ghost()
     screen.name = teacher.find(full_field(options.target), topic, options.wait)
     screen.begin()
     teacher.teach(screen.name, by, topic, device_class, chosen, clutch, screen.show)
@@ -231,7 +236,8 @@ def _drag(options: argparse.Namespace) -> None:
 def _match(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
 
-    misplaced = options.target or '--clutch' * bool(options.clutch) or '--record' * options.record
+    misplaced = options.target or '--clutch' * bool(options.clutch)
+    misplaced = misplaced or '--record' * options.record or '--dry-run' * options.dry_run
     if misplaced:
         raise Misused(f'{misplaced} is for --by; --match says what is changed, and --press when')
     if options.button < 0:

@@ -22,6 +22,9 @@ PERIOD = 1.0
 SERVER = '/slt_visualization'
 WORLD = 'world'
 
+#: The topic of a thing that is led in a dry run.
+GHOST = '/slt_teach/ghost'
+
 
 class DisplayKind(NamedTuple):
     """RViz's display for a type of message, and its name for the topic there."""
@@ -175,7 +178,8 @@ class Shown:
 
     def _look(self, graph: Graph) -> None:
         has_robot = self._robot.is_there(graph.types, graph.publishers)
-        self._present = {topic: graph.types[topic] for topic in self._fixed.topics}, has_robot, self._fixed.name
+        shown = [*self._fixed.topics, *([GHOST] if GHOST in graph.types else [])]
+        self._present = {topic: graph.types[topic] for topic in shown}, has_robot, self._fixed.name
 
     def update(self, rviz: str, path: str) -> None:
         """Have RViz show the present topics, once no more appear; changes that a person made in RViz are kept."""
