@@ -55,9 +55,10 @@ class Ghost:
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
         """A hand has let go of a handle: its ghost goes away, and it is said what would have changed."""
-        del name, frame, hand
+        del frame, hand
         handle, self._handle = self._handle, None
         self._publisher.publish([Marker(action=Marker.DELETEALL)])
+        self._scene.put_back(name)  # the view of the hand has it where the ghost was
         if handle is not None:
             self._say(self._planned(handle, pose))
 
