@@ -200,8 +200,8 @@ FAULTS = [
     Fault(
         'undo_of_what_others_have_changed_since',
         'node/change/history.py',
-        '                    others.setdefault(location, request)\n',
-        '                    others.pop(location, None)\n',
+        '                        others[location] = request\n',
+        '                        others.pop(location, None)\n',
         suite('node/history'),
     ),
     # --- instrument

@@ -86,6 +86,110 @@ def test_what_may_be_another_row_now_and_what_is_none_is_refused(master, tmp_pat
         assert node.file.read_text() == after
 
 
+def undone(name, operation, place, when='takes the rows as they are now at its next start'):
+    """Undo the last change of a node, which is what was done with a row."""
+    result = rosslt('undo', '/' + name.split('/')[1])
+    assert (result.returncode, result.stdout) == (0, f'{name}\t{operation}\tundone\t{place}\n'), result.stderr
+    assert result.stderr.startswith(f'rosslt undo: /{name.split("/")[1]} {when}')
+
+
+def test_each_row_edit_is_undone_the_latest_first(master, tmp_path):
+    with patrol(tmp_path, 'sentry') as node:
+        texts, done = [node.file.read_text()], []
+        for operation, row in (('duplicate', 1), ('up', 2), ('down', 0), ('delete', 2)):
+            # of rows with the same numbers, which is which is not certain
+            if texts[1:]:
+                undone(*done.pop())
+                texts.pop()
+                assert node.file.read_text() == texts[-1]
+            assert rosslt('row', operation, f'/sentry/WAYPOINTS_{row}').returncode == 0
+            done.append((f'/sentry/WAYPOINTS_{row}_0', operation, f'{node.file}:{row + 5}'))
+            texts.append(node.file.read_text())
+        undone(*done.pop())
+        assert rosslt('row', 'up', '/sentry/WAYPOINTS_2').returncode == 0
+        moved = node.file.read_text()
+        assert rosslt('row', 'delete', '/sentry/WAYPOINTS_0').returncode == 0
+        undone('/sentry/WAYPOINTS_0_0', 'delete', f'{node.file}:5')
+        assert node.file.read_text() == moved
+        undone('/sentry/WAYPOINTS_2_0', 'up', f'{node.file}:7')
+        assert node.file.read_text() == texts[0]
+        assert 'there is no change to take back' in failure('undo', '/sentry')
+
+
+def test_row_edits_and_values_are_undone_in_their_order(master, tmp_path):
+    with patrol(tmp_path, 'warden') as node:
+        before = node.file.read_text()
+        assert rosslt('set', '/warden/HEIGHT', '0.5').returncode == 0
+        assert rosslt('set', '/warden/HEIGHT', '0.25').returncode == 0
+        assert rosslt('undo', '/warden').returncode == 0
+        assert rosslt('row', 'duplicate', '/warden/WAYPOINTS_0').returncode == 0
+        assert rosslt('set', '/warden/HEIGHT', '1.5').returncode == 0
+        assert rosslt('undo', '/warden').stdout.startswith('/warden/HEIGHT\t1.5\t0.5\t')
+        undone('/warden/WAYPOINTS_0_0', 'duplicate', f'{node.file}:5')
+        assert node.file.read_text() == before
+        assert rosslt('undo', '/warden').stdout.startswith('/warden/HEIGHT\t0.5\t0.75\t')
+        assert rosslt('set', '/warden/WAYPOINTS_0_0', '0.75').returncode == 0
+        assert rosslt('save', '/warden').returncode == 0
+        saved = node.file.read_text()
+        assert rosslt('row', 'down', '/warden/WAYPOINTS_0').returncode == 0
+        wait_until(lambda: rosslt('get', '/warden/WAYPOINTS_1_0').stdout == '0.75\n', 'it is read again')
+        undone('/warden/WAYPOINTS_0_0', 'down', f'{node.file}:5')
+        assert node.file.read_text() == saved
+        assert rosslt('undo', '/warden').stdout.startswith('/warden/WAYPOINTS_0_0\t0.75\t0.25\t')
+
+
+def test_what_an_edit_brought_is_taken_back_in_the_file(master, tmp_path):
+    with patrol(tmp_path, 'usher') as node:
+        assert rosslt('set', '/usher/HEIGHT', '0.5').returncode == 0
+        assert rosslt('save', '/usher').returncode == 0
+        saved = node.file.read_text()
+        assert 'HEIGHT = 0.50' in saved
+
+        def edit(text, value):
+            node.file.write_text(text)
+            wait_until(lambda: rosslt('get', '/usher/HEIGHT').stdout == f'{value}\n', 'it is read again')
+
+        edit(saved.replace('0.50', '1.25'), 1.25)
+        assert 'HEIGHT has been changed since by editor: take that back in the file first' in failure('undo', '/usher')
+        edit(saved, 0.5)
+        assert rosslt('undo', '/usher').stdout.startswith('/usher/HEIGHT\t0.5\t0.75\t')
+
+
+def test_a_row_edit_is_undone_after_the_node_was_started_again(master, tmp_path):
+    with patrol(tmp_path, 'keeper') as node:
+        before = node.file.read_text()
+        assert rosslt('set', '/keeper/HEIGHT', '0.5').returncode == 0
+        assert rosslt('row', 'delete', '/keeper/WAYPOINTS_0').returncode == 0
+        after = node.file.read_text()
+    with Unmodified(tmp_path, 'keeper', after) as node:
+        wait_until(lambda: 'WAYPOINTS_1_1' in rosslt('list', '/keeper').stdout, 'its numbers are known')
+        undone('/keeper/WAYPOINTS_0_0', 'delete', f'{node.file}:5')
+        assert node.file.read_text() == before
+        assert rosslt('undo', '/keeper').stdout.startswith('/keeper/HEIGHT\t0.5\t0.75\t')
+
+
+def test_a_row_edit_is_undone_beside_saved_values_alone(master, tmp_path):
+    with patrol(tmp_path, 'porter') as node:
+        before = node.file.read_text()
+        assert rosslt('row', 'down', '/porter/WAYPOINTS_0').returncode == 0
+        assert rosslt('row', 'duplicate', '/porter/WAYPOINTS_2').returncode == 0
+        assert rosslt('set', '/porter/HEIGHT', '0.25').returncode == 0
+        assert rosslt('save', '/porter').returncode == 0
+        assert rosslt('undo', '/porter').stdout.startswith('/porter/HEIGHT\t0.25\t0.75\t')
+        undone('/porter/WAYPOINTS_2_0', 'duplicate', f'{node.file}:7')
+        assert node.file.read_text().count('2.25') == 1
+        edited = node.file.read_text() + '# mine\n'
+        node.file.write_text(edited)
+        assert failure('undo', '/porter') == (
+            f'rosslt undo: nothing is taken back: {node.file}: it was edited since `rosslt row down '
+            '/porter/WAYPOINTS_0_0`; take that edit back, and try again'
+        )
+        assert node.file.read_text() == edited
+        node.file.write_text(edited.replace('# mine\n', ''))
+        undone('/porter/WAYPOINTS_0_0', 'down', f'{node.file}:5')
+        assert node.file.read_text() == before.replace('HEIGHT = 0.75', 'HEIGHT = 0.25')
+
+
 def test_a_moved_waypoint_takes_effect_at_once(master, tmp_path):
     with patrol(tmp_path, 'watch') as node:
         assert rosslt('row', 'down', '/watch/WAYPOINTS_0').returncode == 0
@@ -118,6 +222,7 @@ def test_a_live_script_runs_again_with_its_new_waypoint(script):
     def name_at(line):
         return next(row[0] for row in in_list() if any(f'tour.script:{line}:' in cell for cell in row))
 
+    before = script.read_text()
     done = rosslt('row', 'duplicate', name_at(2))
     assert (done.returncode, done.stderr) == (0, 'rosslt row: /tour runs the script again\n')
     twice = '# tour\n' + 'goto(2.0, 1.0, 1.5)  # in\n' * 2 + '\ngoto(-1, 2, 0.5)'
@@ -125,6 +230,11 @@ def test_a_live_script_runs_again_with_its_new_waypoint(script):
     wait_until(lambda: len(in_list()) == 9, 'it runs with the waypoint')
     assert rosslt('row', 'up', name_at(5)).returncode == 0
     assert script.read_text() == '# tour\ngoto(2.0, 1.0, 1.5)  # in\ngoto(-1, 2, 0.5)\n\ngoto(2.0, 1.0, 1.5)  # in'
+    for text, count in ((twice, 9), (before, 6)):
+        done = rosslt('undo', '/tour')
+        assert (done.returncode, done.stderr) == (0, 'rosslt undo: /tour runs the script again\n')
+        assert script.read_text() == text
+        wait_until(lambda count=count: len(in_list()) == count, 'it runs as before')
 
 
 def test_a_parameter_and_what_a_function_reads_are_refused(nodes):

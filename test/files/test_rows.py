@@ -9,14 +9,18 @@ import pytest
 import yaml
 
 from rosslt.files import (
+    Edit,
     FileError,
+    beside,
+    digest_of,
     inline_row_edits,
     python_row_additions,
     python_row_edits,
     replaced,
+    taking_back,
     yaml_row_edits,
 )
-from rosslt.files.rows import operate
+from rosslt.files.rows import OPERATIONS, index_after, index_before, operate
 
 
 def in_python(text, marked, operation, encoding='utf-8'):
@@ -293,6 +297,33 @@ def lines_but_commas(text):
 
 
 @pytest.mark.parametrize('seed', range(20))
+def test_an_edit_is_taken_back_beside_others_of_the_file(seed):
+    chance = random.Random(seed)
+    cuts = sorted(chance.sample(range(40), 8))
+
+    def some(pairs, content):
+        texts = [bytes(chance.choices(b'xyz', k=chance.randrange(1, 4))) for _ in pairs]
+        digest = digest_of(content)
+        return [Edit('a', digest, start, end, content[start:end], text) for (start, end), text in zip(pairs, texts)]
+
+    before = bytes(range(65, 105))
+    done = some([(cuts[0], cuts[1]), (cuts[4], cuts[4])], before)
+    done.append(Edit('a', done[0].digest, cuts[6], cuts[7], before[cuts[6] : cuts[7]], b''))
+    now = replaced(before, done)
+    back = taking_back(done, digest_of(now))
+    assert replaced(now, back) == before
+    grown = len(done[0].new) - len(done[0].old)
+    behind = len(now) - (40 - cuts[7])  # just behind what was deleted
+    others = some([(cuts[2] + grown, cuts[3] + grown), (behind, behind + 1)], now)
+    later = replaced(now, others)
+    found = beside(back, others, digest_of(later))
+    others_before = beside(others, back, digest_of(before))
+    assert {edit.digest for edit in found} == {digest_of(later)}
+    assert replaced(later, found) == replaced(before, others_before)
+    assert beside(back, some([(cuts[0], cuts[0] + 1)], now), '') is None
+
+
+@pytest.mark.parametrize('seed', range(20))
 def test_random_operations_do_what_they_do_with_a_list(seed):
     chance = random.Random(seed)
     for _ in range(50):
@@ -386,6 +417,14 @@ def test_what_is_no_number_of_one_row_gets_no_rows(text, marked, reason):
         with_rows(text, marked, [0.5] * len(marked))
     with pytest.raises(FileError, match=reason):
         with_rows(text, marked)
+
+
+@pytest.mark.parametrize('operation', OPERATIONS)
+def test_elements_are_found_where_they_were_before_an_operation(operation):
+    for index in range(5):
+        after = index_after(index, 2, operation)
+        assert after is None or index_before(after, 2, operation) == index
+    assert index_before(3, 2, 'duplicate') is None
 
 
 def test_no_rows_added_change_nothing():

@@ -54,6 +54,11 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
         assert result.returncode == 0, result.stderr
         return result
 
+    def undone(operation):
+        result = rosslt('undo', '/tour')
+        assert (result.returncode, result.stdout.split('\t')[1:3]) == (0, [operation, 'undone']), result.stderr
+        assert result.stderr == 'rosslt undo: the next `rosslt launch` of the file has the rows as they are now\n'
+
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         assert heard.next().point.x == 6.0
@@ -71,6 +76,21 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
         assert f'{stops}: ~stops/2/x is changed, and not saved: `rosslt save /tour` first' in refused
         save('/tour')
         assert stops.read_text(encoding='utf-8') == twice.replace('3.0', '3.5')
+        done('delete', '/tour/~stops/0')
+        gone = stops.read_text(encoding='utf-8')
+        done('up', '/tour/~stops/2')
+        done('duplicate', '/tour/~stops/1')
+        undone('duplicate')
+        undone('up')
+        assert stops.read_text(encoding='utf-8') == gone
+        undone('delete')
+        assert stops.read_text(encoding='utf-8') == twice.replace('3.0', '3.5')
+        change('/tour', {ids['~stops/0/x']: 1.2})
+        change('/tour', {ids['~stops/2/x']: 3.7})
+        save('/tour')
+        assert stops.read_text(encoding='utf-8') == twice.replace('3.0', '3.7').replace('1.0', '1.2')
+        change('/tour', {ids['~stops/0/x']: 1.0, ids['~stops/2/x']: 3.5})
+        save('/tour')
         done('delete', '/tour/~stops/0')
         done('up', '/tour/~stops/2')
         change('/tour', {ids['~stops/1/x']: 2.25})
@@ -90,6 +110,12 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
     process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         heard.next(lambda message: message.point.x == 2.25 + 3.5 + 2.0)
+        # The node of now has read the rows where they stood before the undo.
+        undone('down')
+        assert launch.read_text(encoding='utf-8') == before
+        change('/tour', {ids['/rail/0/0']: 4.5})
+        save('/tour')
+        assert launch.read_text(encoding='utf-8') == before.replace('[3.5', '[4.5')
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(60)

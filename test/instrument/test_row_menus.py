@@ -74,6 +74,11 @@ def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
         assert failure('row', 'up', '/patrol/WAYPOINTS_0') == f'rosslt row: nothing is written: {tmp_path}/{refusal}'
         assert node.file.read_text() == twice
 
+        assert rosslt('undo', '/patrol').stdout.startswith('/patrol/WAYPOINTS_1_0\tduplicate\tundone\t')
+        assert node.file.read_text() == PATROL
+        hand.choose('/stops::1', 'Duplicate')
+        wait_until(lambda: node.file.read_text() == twice, 'it is done again')
+
         assert rosslt('set', '/patrol/WAYPOINTS_2_0', '2.5').returncode == 0
         hand.choose('/stops::2', 'Delete')
         said(hand, '/stops::2', 'WAYPOINTS_2_0 is changed, and not saved: `rosslt save /patrol` first')

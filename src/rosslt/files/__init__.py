@@ -15,8 +15,8 @@ from rosslt.files.notation import alike, equal, in_manner_of, is_scalar
 from rosslt.files.python_literals import LITERALS, Literal, Positions
 from rosslt.files.python_rows import python_row_additions, python_row_edits
 from rosslt.files.python_source import Edit, Followed, SourceText, changed_elsewhere, digest_of, followed, replaced
-from rosslt.files.rows import DELETE, DOWN, DUPLICATE, OPERATIONS, UP, index_after
-from rosslt.files.transaction import unified_diff, write
+from rosslt.files.rows import DELETE, DOWN, DUPLICATE, OPERATIONS, UP, index_after, index_before
+from rosslt.files.transaction import beside, taking_back, unified_diff, write
 from rosslt.files.watching import FileWatch
 from rosslt.files.yaml_rows import yaml_row_edits
 from rosslt.files.yaml_text import YamlChange, yaml_edits

@@ -130,6 +130,20 @@ def index_after(index: int, row: int, operation: str) -> Optional[int]:
     return places.index(index) if index in places else None
 
 
+def index_before(index: int, row: int, operation: str) -> Optional[int]:
+    """Where the element of a list was before an operation with one of them; None if it is the copy that was made.
+
+    Args:
+        index: of the element, after the operation.
+        row: of the one that the operation was done with, before it.
+    """
+    if operation == DUPLICATE and index == row + 1:
+        return None
+    places: List[int] = list(range(max(index, row) + 3))
+    operate(places, row, operation)
+    return places[index]
+
+
 def after(rows: Rows, operation: str) -> str:
     """The text after an operation with a row.
 

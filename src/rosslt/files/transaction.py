@@ -3,7 +3,7 @@
 import difflib
 import os
 import re
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosslt.files.atomic_replacement import read_bytes, replace_bytes
 from rosslt.files.errors import FileError
@@ -70,6 +70,41 @@ def write(edits: Sequence[Edit]) -> None:
                     error.file, None, None, f'{error.reason}; {path}, which was edited since, stays changed'
                 ) from None
         raise
+
+
+def taking_back(edits: Sequence[Edit], digest: str) -> List[Edit]:
+    """The edits that take edits of one file back.
+
+    Args:
+        edits: in any order, each once.
+        digest: the hash of the file with the edits.
+    """
+    return [
+        edit._replace(digest=digest, start=start, end=start + len(edit.new), old=edit.new, new=edit.old)
+        for edit in edits
+        for start in [edit.start + _growth([one for one in edits if one is not edit], edit.start)]
+    ]
+
+
+def beside(edits: Sequence[Edit], others: Sequence[Edit], digest: str) -> Optional[List[Edit]]:
+    """Edits as they are once others have been done in their file; None if both would write at one place.
+
+    Args:
+        edits, others: each once, meant for the same content.
+        digest: the hash of the file with the others.
+    """
+    if any(one.start < edit.end and edit.start < one.end for edit in edits for one in others):
+        return None
+    return [
+        edit._replace(digest=digest, start=edit.start + grown, end=edit.end + grown)
+        for edit in edits
+        for grown in [_growth(others, edit.start)]
+    ]
+
+
+def _growth(edits: Sequence[Edit], place: int) -> int:
+    """By how many bytes edits in front of a place move it."""
+    return sum(len(edit.new) - len(edit.old) for edit in edits if edit.end <= place)
 
 
 def unified_diff(edits: Sequence[Edit]) -> str:

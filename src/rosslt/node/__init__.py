@@ -61,6 +61,7 @@ from rosslt.node.locations.literal_identities import identities
 from rosslt.node.locations.location import HeldLocation, LiteralLocation, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.row_edits import SCRIPT_TEXT, edit_row, in_row, is_in_script, row_additions, row_edit
+from rosslt.node.locations.row_journal import RowRecord, last_row_record, take_row_back
 from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.locations.uses import Uses, shared_in, tracked_of_thing

@@ -19,7 +19,7 @@ from rosslt.node.callbacks import Callbacks
 from rosslt.node.change import locks
 from rosslt.node.change.commit_participant import ABORTED, APPLIED, UNKNOWN, CommitParticipant
 from rosslt.node.change.fault_localization import described_error, locations_read, with_effects
-from rosslt.node.change.history import History, Request, applied_change, differing
+from rosslt.node.change.history import EDITOR, History, Request, applied_change, differing
 from rosslt.node.change.lock_service import Locking
 from rosslt.node.change.locks import Access
 from rosslt.node.change.node_errors import CALLBACK_RAISES, ENDS, THREAD_ENDS, TIMER_RAISES
@@ -450,7 +450,7 @@ class Owner:
             if value == location.value_in_code:
                 return False
             if not is_saved_here:
-                self.set_value(location, value, 'editor')
+                self.set_value(location, value, EDITOR)
             location.reread(value)
             self.parameters.write_again(location)
             return True

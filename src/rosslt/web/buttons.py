@@ -111,7 +111,7 @@ class Buttons:
         except files.FileError as error:
             self._tell(event.client, name, 'nothing is written: {}'.format(error))
         else:
-            node.tell_saved(name, TIMEOUT)
+            node.tell_saved(name, edits, TIMEOUT)
             saved = sorted({edit.file for edit in edits})
             self._tell(event.client, name, 'saved in ' + ', '.join(saved))
 

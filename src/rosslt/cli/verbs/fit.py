@@ -157,7 +157,7 @@ def _save(master: rosgraph.Master, nodes: Sequence[str]) -> None:
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     for name in nodes:
-        node.tell_saved(name, TIMEOUT)
+        node.tell_saved(name, edits, TIMEOUT)
     if left:
         raise Failure('not written: ' + '; '.join(f'{name}: {reason}' for name, reason in left.items()))
 

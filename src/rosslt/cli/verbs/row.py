@@ -1,13 +1,12 @@
 """`rosslt row`: a row of a list, a waypoint say, duplicated, deleted or moved in its file."""
 
 import argparse
-import sys
 
 from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, find_in_row
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, write_diff, write_row
+from rosslt.cli.output import is_terminal, say_when_rows_are_read, write_diff, write_row
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -55,18 +54,9 @@ def run(options: argparse.Namespace) -> None:
         raise cannot_reach(master, place.node, str(error)) from None
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
-    where = found.place
+    where = found.record.place
     if is_terminal():
         print(f'{place.name}: {options.operation}  [{where}]')
     else:
         write_row(place.name, options.operation, where)
-    if found.origins:
-        print('rosslt row: the next `rosslt launch` of the file has the rows as they are now', file=sys.stderr)
-    elif node.is_in_script(place):
-        print(f'rosslt row: {place.node} runs the script again', file=sys.stderr)
-    else:
-        print(
-            f'rosslt row: {place.node} takes the rows as they are now at its next start; until then its numbers are '
-            'followed where that is certain',
-            file=sys.stderr,
-        )
+    say_when_rows_are_read('row', place.node, found.record)

@@ -67,7 +67,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
             write_diff(files.unified_diff(edits))
         else:
             files.write(edits)
-            node.tell_saved(name, TIMEOUT)
+            node.tell_saved(name, edits, TIMEOUT)
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     if not is_diff:

@@ -6,11 +6,11 @@ from typing import Any, Dict, List
 
 import rosgraph
 
-from rosslt import node, values
+from rosslt import files, node, values
 from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master, problem_of, tracked_nodes
-from rosslt.cli.output import write_change
+from rosslt.cli.output import is_terminal, say_when_rows_are_read, write_change, write_row
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -18,14 +18,18 @@ GROUP = CHANGE
 SUMMARY = 'take the last change back, in all nodes that it changed'
 DESCRIPTION = """Take the last change back: all of it, in every node that it changed or, if one of them does not
 take it back, in none. A drag is one change. With a NODE it is the last one that changed this node; without, the last
-one of all."""
+one of all.
+
+With a NODE, what `rosslt row`, or the menu of a handle, has done with a row of a list is taken back in its turn: its
+file becomes what it was, but for values saved elsewhere in it since. If it was edited otherwise, that is refused. What
+a node has read again in a file that was edited is taken back in the file."""
 EXAMPLE = """\
 examples:
   rosslt undo
   rosslt undo /talker
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, value until now, value that it has again,
-file:line:column.
+file:line:column. Of a row, they are NODE/LOCATION, what was done, `undone`, file:line as the node has read it.
 """
 ARGUMENTS = [
     Argument('node', nargs='?', completer='nodes', metavar='NODE', help='the last change of this node'),
@@ -36,7 +40,12 @@ def run(options: argparse.Namespace) -> int:
     master = find_master()
     asked = [tracked_node(master, options.node)] if options.node else tracked_nodes(master)
     histories = node.histories if options.node else node.taking_part
-    last = node.last_change(_complete(master, *histories(asked, '', TIMEOUT)))
+    found = _complete(master, *histories(asked, '', TIMEOUT))
+    record = node.last_row_record(asked[0], found.get(asked[0], [])) if options.node else None
+    if record is not None:
+        _take_row_back(asked[0], record)
+        return 0
+    last = node.last_change(found)
     if last is None:
         of_node = f'{asked[0]}: ' if options.node else ''
         raise Failure(f'{of_node}there is no change to take back (of its earlier runs, a node remembers the last one)')
@@ -52,6 +61,18 @@ def run(options: argparse.Namespace) -> int:
         nothing = '' if undone.changes else 'nothing is taken back: '
         print(f'rosslt undo: {nothing}{name}: {problem_of(master, name) or reason}', file=sys.stderr)
     return 1 if undone.reasons else 0
+
+
+def _take_row_back(name: str, record: node.RowRecord) -> None:
+    try:
+        node.take_row_back(name, record, TIMEOUT)
+    except files.FileError as error:
+        raise Failure(f'nothing is taken back: {error}') from None
+    if is_terminal():
+        print(f'{record.name}: {record.operation} is undone  [{record.place}]')
+    else:
+        write_row(record.name, record.operation, 'undone', record.place)
+    say_when_rows_are_read('undo', name, record)
 
 
 def _complete(master: rosgraph.Master, found: Dict[str, List[object]], silent: Dict[str, str]) -> Dict[str, List[Any]]:

@@ -19,6 +19,9 @@ LENGTH = 1000
 
 NOTHING_TO_UNDO = 'there is no change to take back'
 
+#: Who asks for what the node reads in a file that was edited. It is on the record, and is taken back in the file.
+EDITOR = 'editor'
+
 
 def new_request_id() -> str:
     """An id for a request, which no other one in the ROS graph has. Later ones are greater, by the machine's clock: the
@@ -98,7 +101,7 @@ class History:
 
     def last(self) -> str:
         """The last request that has not been taken back, as a text for `begin`; '' if there is none."""
-        request = next(self._left(), None)
+        request = next(self._to_take_back(), None)
         if request is None:
             return ''
         changes: Dict[str, Any] = dict(self._unclaimed) if request is self._earlier else {}
@@ -185,21 +188,26 @@ class History:
             Refused: another request has changed one of the locations since.
         """
         if not request_id:
-            request_id = next((one.id for one in self._left() if self._values(one, present)), '')
+            request_id = next((one.id for one in self._to_take_back() if self._values(one, present)), '')
         taken: List[Request] = []
         others: Dict[Location, Request] = {}
         back: Dict[Location, Scalar] = {}
         for request in self._left():  # from the latest one
             if request.id != request_id:
                 for location in request.changes:
-                    others.setdefault(location, request)
+                    if location not in others or others[location].requester == EDITOR:
+                        others[location] = request
                 continue
             taken.append(request)
             for location, old in self._values(request, present).items():
-                if location in others:
+                other = others.get(location)
+                # An edit may have been taken back in the file.
+                if other is not None and (
+                    other.requester != EDITOR or differing([(location, request.changes[location][1], location.value)])
+                ):
                     raise Refused(
-                        f'{location.name} has been changed since by {others[location].requester or "somebody"}: '
-                        'take that back first'
+                        f'{location.name} has been changed since by {other.requester or "somebody"}: '
+                        f'take that back {"in the file " if other.requester == EDITOR else ""}first'
                     )
                 back[location] = old
         return (taken, back) if back else ([], {})
@@ -221,6 +229,10 @@ class History:
     def _left(self) -> Iterator[Request]:
         """The requests that have not been taken back, from the latest one."""
         return (request for request in reversed(self._requests) if not request.undone)
+
+    def _to_take_back(self) -> Iterator[Request]:
+        """Those of them that can be, from the latest one."""
+        return (request for request in self._left() if request.requester != EDITOR)
 
     def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Scalar]:
         """The values before a request, of the locations that are still there."""

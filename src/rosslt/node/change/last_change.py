@@ -4,6 +4,7 @@ from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from rosslt import msg, srv, values
 from rosslt.messages import Scalar
+from rosslt.node.change.history import EDITOR
 from rosslt.node.json_scalars import from_json
 from rosslt.node.locations.directory import Place
 from rosslt.node.service_calls import ask_all, has_ended
@@ -39,13 +40,18 @@ def taking_part(
     return found, {name: reason for name, reason in silent.items() if not has_ended(reason)}
 
 
+def to_take_back(changes: Iterable[msg.RecordedChange]) -> List[msg.RecordedChange]:
+    """Those of a node's changes that have not been taken back, and are not taken back in a file."""
+    return [one for one in changes if not one.undone and one.change.requester != EDITOR]
+
+
 def last_change(found: Dict[str, List[msg.RecordedChange]]) -> Optional[msg.RecordedChange]:
-    """The last change in histories that has not been taken back; None if there is none.
+    """The last change in histories that is to be taken back; None if there is none.
 
     A node says in which order its own changes came. Those of several nodes are compared by the time of ROS and, where
     that has stood still, by their ids (`history.new_request_id`).
     """
-    left = [[recorded for recorded in changes if not recorded.undone] for changes in found.values()]
+    left = [to_take_back(changes) for changes in found.values()]
     last = [changes[-1] for changes in left if changes]
     return max(last, key=lambda recorded: (recorded.change.stamp, recorded.request_id)) if last else None
 

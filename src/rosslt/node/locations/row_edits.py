@@ -12,7 +12,8 @@ from rosslt import files, values
 from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
-from rosslt.node.locations.saving import edits_of, list_edits, origins_of, why_not_written
+from rosslt.node.locations.row_journal import LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
+from rosslt.node.locations.saving import edits_of, list_edits, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
 SCRIPT_TEXT = 'rosslt_script'
@@ -52,7 +53,7 @@ def edit_row(directory: Directory, source: values.Source, operation: str, timeou
     found = row_edit(place, row, operation, timeout)
     found.write()
     done, state = _DONE[operation]
-    file = os.path.basename(found.place.rpartition(':')[0])
+    file = os.path.basename(found.record.place.rpartition(':')[0])
     when = f'`rosslt launch` of {file}' if found.origins else f'start of {place.node}'
     return f'{done.format(_name_of(row))} in {file}; {state} the next {when}'
 
@@ -76,17 +77,19 @@ class RowEdit(NamedTuple):
     """What is to be written to do something with a row.
 
     Attributes:
+        node: the full name of the row's node.
         edits: of its file.
-        place: FILE:LINE of the row.
+        record: what was done, once it is.
         origins: {parameter: where it stands then}, if it stands in a file that `rosslt launch` has read; else empty.
     """
 
+    node: str
     edits: List[files.Edit]
-    place: str
+    record: RowRecord
     origins: Dict[str, Any]
 
     def write(self) -> None:
-        """Write it.
+        """Write it, and keep what takes it back.
 
         Raises:
             FileError: the file was edited meanwhile, or cannot be written.
@@ -94,6 +97,7 @@ class RowEdit(NamedTuple):
         files.write(self.edits)
         if self.origins:
             rosgraph.Master(rospy.get_name()).setParam(files.ORIGINS, json.dumps(self.origins))
+        keep_row_record(self.node, self.record)
 
 
 def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float) -> RowEdit:
@@ -110,12 +114,25 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
         FileError: it is in no row of alike ones, it is not certain where it stands now, or its value is not saved.
         SourceUnreachable: its node does not answer; the message is the reason alone.
     """
+    after = last_request_of(place.node, timeout)
+    origins: Dict[str, Any] = {}
+    gone: Dict[str, Any] = {}
+    launched = None
     if _is_in_parameter_file(place):
-        return _in_parameter_file(place, row, operation)
-    content, ((line, column),) = _text_of([place], row, timeout)
-    path = place.location.file
-    edits = files.python_row_edits(path, content, line, column, operation)
-    return RowEdit(edits, f'{path}:{place.location.line}', {})
+        before = origins_of(rosgraph.Master(rospy.get_name()))
+        content, edits, launched = _in_parameter_file(place, row, operation, before)
+        index = launched.path[-1]
+        origins = launched.moved(before, lambda one: files.index_after(one, index, operation))
+        gone = {name: one for name, one in before.items() if origins[name].get('is_gone') and not one.get('is_gone')}
+        file, line = launched.file, content[: edits[0].start].count(b'\n') + 1
+    else:
+        content, ((line, column),) = _text_of([place], row, timeout)
+        file = place.location.file
+        edits = files.python_row_edits(file, content, line, column, operation)
+        line = place.location.line
+    back = files.taking_back(edits, files.digest_of(files.replaced(content, edits)))
+    done = RowRecord(place.name, operation, f'{file}:{line}', is_in_script(place), after, back, launched, gone)
+    return RowEdit(place.node, edits, done, origins)
 
 
 def _is_in_parameter_file(place: Place) -> bool:
@@ -123,10 +140,20 @@ def _is_in_parameter_file(place: Place) -> bool:
     return place.location.name.startswith('/') and not place.location.literal
 
 
-def _in_parameter_file(place: Place, row: Sequence[Place], operation: str) -> RowEdit:
+def _in_parameter_file(
+    place: Place, row: Sequence[Place], operation: str, origins: Dict[str, Any]
+) -> Tuple[bytes, List[files.Edit], LaunchedRow]:
+    """The content of the file that a parameter is given in, the edits of it, and the row.
+
+    Args:
+        place, row, operation: as of `row_edit`.
+        origins: {full name of a parameter: where it is given}.
+
+    Raises:
+        FileError: as of `row_edit`.
+    """
     location = place.location
-    origins = origins_of(rosgraph.Master(rospy.get_name()))
-    origin = origins.get(location.name)
+    origin = origins.get(location.name, {})
     reason = why_not_written(place, origin)
     if reason:
         raise files.FileError(location.file, location.line, location.column, reason)
@@ -140,19 +167,7 @@ def _in_parameter_file(place: Place, row: Sequence[Place], operation: str) -> Ro
         edits, depth = files.inline_row_edits(origin['file'], content, nth, count, path, operation)
     else:
         edits, depth = files.yaml_row_edits(origin['file'], content, path, operation)
-    moved = {}
-    for name, one in origins.items():
-        is_in_list = one['file'] == origin['file'] and one.get('rosparam') == inline
-        steps = one.get('path') or []
-        if is_in_list and len(steps) >= depth and steps[: depth - 1] == path[: depth - 1]:
-            index = files.index_after(steps[depth - 1], path[depth - 1], operation)
-            if index is None:
-                moved[name] = {'file': one['file'], 'said': one['said'], 'is_gone': True}
-                continue
-            one = {**one, 'path': [*steps[: depth - 1], index, *steps[depth:]]}
-        moved[name] = one
-    line = content[: edits[0].start].count(b'\n') + 1
-    return RowEdit(edits, f'{origin["file"]}:{line}', moved)
+    return content, edits, LaunchedRow(origin['file'], inline, path[:depth])
 
 
 def _check_saved(node: str, row: Sequence[Tuple[Place, Dict[str, Any]]]) -> None:

@@ -1,10 +1,9 @@
 """Changed values of a node, and where in files they stand."""
 
-import contextlib
 import copy
 import functools
 import json
-from typing import Any, Collection, Dict, List, NamedTuple, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -14,6 +13,7 @@ from rosslt.messages import Message
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations.directory import Directory, Place
+from rosslt.node.locations.row_journal import follow_save, origins_of
 from rosslt.node.parameters.server import element_of
 from rosslt.node.service_calls import ask_all
 
@@ -50,8 +50,16 @@ def changes_to_save(node: str, timeout: float) -> Tuple[List[files.Edit], List[U
     return edits + in_files, unsaved + others
 
 
-def tell_saved(node: str, timeout: float) -> None:
-    """Have a node read its files just after a save, so that any later writing counts as an edit."""
+def tell_saved(node: str, edits: Sequence[files.Edit], timeout: float) -> None:
+    """Have a node read its files just after a save, so that any later writing counts as an edit, and what was done with
+    rows of them be taken back beside the save.
+
+    Args:
+        node: its full name.
+        edits: what was written, perhaps for other nodes as well.
+        timeout: how long it may take to answer, in seconds.
+    """
+    follow_save(node, edits)
     ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
 
 
@@ -138,13 +146,6 @@ def _in_parameter_files(
     if origins != before:
         master.setParam(files.ORIGINS, json.dumps(origins))
     return edits, [one for one in unsaved if one.name not in changed_back]
-
-
-def origins_of(master: rosgraph.Master) -> Any:
-    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
-    with contextlib.suppress(rosgraph.MasterError, ValueError, TypeError):
-        return json.loads(master.getParam(files.ORIGINS))
-    return {}
 
 
 def why_whole(place: Place) -> str:

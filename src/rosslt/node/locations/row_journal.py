@@ -1,0 +1,219 @@
+"""What was done with rows of lists in the files of a node, kept so that it can be taken back."""
+
+import contextlib
+import json
+import os
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
+
+import rosgraph
+import rospy
+
+from rosslt import files, msg, srv
+from rosslt.node.change.client import SourceUnreachable
+from rosslt.node.change.last_change import histories, last_change, to_take_back
+from rosslt.node.parameters.mirror import RECORDS, read_record
+from rosslt.node.service_calls import ask_all
+
+#: The parameter in the namespace of records that keeps what was done with rows, the latest last.
+_ROWS = '_rows'
+
+#: The maximal number of kept ones.
+_MOST_KEPT = 20
+
+_Origins = Dict[str, Dict[str, Any]]
+
+
+class LaunchedRow(NamedTuple):
+    """A row in a file that `rosslt launch` has read.
+
+    Attributes:
+        file: it.
+        rosparam: which <rosparam> of a launch file it is in, [index, count]; None if the file is YAML itself.
+        path: of keys and indices, from the root of the YAML; the last one is the row's index in its list.
+    """
+
+    file: str
+    rosparam: Optional[List[int]]
+    path: List[Any]
+
+    def moved(self, origins: _Origins, index_of: Callable[[int], Optional[int]]) -> _Origins:
+        """Where parameters are given once rows of the list of this one are in other places.
+
+        Args:
+            origins: {full name of a parameter: where it is given}.
+            index_of: gives the new index of an element of the list; None if it is gone.
+        """
+        depth = len(self.path)
+        moved: _Origins = {}
+        for name, one in origins.items():
+            steps = one.get('path') or []
+            is_in_file = one['file'] == self.file and one.get('rosparam') == self.rosparam
+            if is_in_file and len(steps) >= depth and steps[: depth - 1] == self.path[:-1]:
+                index = index_of(steps[depth - 1])
+                if index is None:
+                    one = {'file': one['file'], 'said': one['said'], 'is_gone': True}
+                else:
+                    one = {**one, 'path': [*steps[: depth - 1], index, *steps[depth:]]}
+            moved[name] = one
+        return moved
+
+
+class RowRecord(NamedTuple):
+    """What was done with a row, and how it is taken back.
+
+    Attributes:
+        name: NODE/LOCATION of a number in it.
+        operation: one of `files.OPERATIONS`.
+        place: FILE:LINE of the row.
+        is_in_script: whether that is a live script.
+        after: the id of the last request that had changed its node by then, and was not taken back; '' if none had.
+        edits: take it back.
+        launched: the row, if it stands in a file that `rosslt launch` has read; else None.
+        gone: {full name of a parameter in a deleted row: where it was given}.
+    """
+
+    name: str
+    operation: str
+    place: str
+    is_in_script: bool
+    after: str
+    edits: List[files.Edit]
+    launched: Optional[LaunchedRow]
+    gone: _Origins
+
+
+def origins_of(master: rosgraph.Master) -> Any:
+    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
+    try:
+        return json.loads(master.getParam(files.ORIGINS))
+    except (rosgraph.MasterError, ValueError, TypeError):
+        return {}
+
+
+def last_request_of(node: str, timeout: float) -> str:
+    """The id of the last request that has changed a node and was not taken back; '' if there is none.
+
+    Raises:
+        SourceUnreachable: it does not answer; the message is the reason alone.
+    """
+    found, silent = histories([node], '', timeout)
+    if node in silent:
+        raise SourceUnreachable(silent[node], silent)
+    last = last_change(found)
+    return last.request_id if last else ''
+
+
+def keep_row_record(node: str, record: RowRecord) -> None:
+    """Keep what was done with a row of a node as the latest."""
+    _write(node, [*_read(node), record][-_MOST_KEPT:])
+
+
+def last_row_record(node: str, changes: Sequence[msg.RecordedChange]) -> Optional[RowRecord]:
+    """What was last done with a row of a node, if no change that was not taken back came later; else None.
+
+    Args:
+        node: its full name.
+        changes: its history, the oldest first.
+    """
+    for record in _read(node)[-1:]:
+        before = [number for number, one in enumerate(changes, 1) if one.request_id == record.after]
+        if not to_take_back(changes[max(before, default=0) :]):
+            return record
+    return None
+
+
+def take_row_back(node: str, record: RowRecord, timeout: float) -> None:
+    """Take back what was last done with a row: its file becomes what it was, but for values that were saved since, and
+    its node reads it.
+
+    Args:
+        node: its full name.
+        record: what was done.
+        timeout: how long the node may take to read it, in seconds.
+
+    Raises:
+        FileError: the file was edited since, or cannot be written; then all is as it was.
+    """
+    file = record.edits[0].file
+    if files.digest_of(files.read_bytes(file)) != record.edits[0].digest:
+        reason = (
+            f'it was edited since `rosslt row {record.operation} {record.name}`; take that edit back, and try again'
+        )
+        raise files.FileError(file, None, None, reason)
+    files.write(record.edits)
+    launched = record.launched
+    if launched is not None:
+        master, row = rosgraph.Master(rospy.get_name()), launched.path[-1]
+        origins = launched.moved(origins_of(master), lambda index: files.index_before(index, row, record.operation))
+        back = {name: one for name, one in record.gone.items() if origins.get(name, {}).get('is_gone')}
+        master.setParam(files.ORIGINS, json.dumps({**origins, **back}))
+    _write(node, _read(node)[:-1])
+    ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
+
+
+def follow_save(node: str, edits: Sequence[files.Edit]) -> None:
+    """Have what was done with rows of a node be taken back beside values that were saved since, as far as they stand
+    elsewhere in the file.
+
+    Args:
+        edits: what was just written.
+    """
+    records = _read(node)
+    if not records:
+        return
+    before = list(records)
+    for file in {os.path.realpath(record.edits[0].file) for record in records}:
+        those = {(one.start, one.end): one for one in edits if os.path.realpath(one.file) == file}
+        if those:
+            with contextlib.suppress(files.FileError):  # somebody has deleted it since
+                _follow_save_of(file, list(those.values()), records)
+    if records != before:
+        _write(node, records)
+
+
+def _follow_save_of(file: str, saved: List[files.Edit], records: List[RowRecord]) -> None:
+    """`follow_save` for one file: changes its records."""
+    now = files.read_bytes(file)
+    then = files.replaced(now, files.taking_back(saved, files.digest_of(now)))
+    if files.digest_of(then) != saved[0].digest:
+        return  # somebody has edited it since
+    for number in reversed(range(len(records))):
+        back, digest = records[number].edits, files.digest_of(then)
+        if os.path.realpath(back[0].file) != file or back[0].digest != digest:
+            continue
+        back_now = files.beside(back, saved, files.digest_of(now))
+        if back_now is None:
+            return
+        records[number] = records[number]._replace(edits=back_now)
+        then_before, now = files.replaced(then, back), files.replaced(now, back_now)
+        saved = files.beside(saved, back, files.digest_of(then_before)) or []
+        then = then_before
+
+
+def _read(node: str) -> List[RowRecord]:
+    try:
+        kept = read_record(rosgraph.Master(rospy.get_name()).getParam(f'{node}/{RECORDS}/{_ROWS}'))
+        return [_decoded(one) for one in kept]
+    except (rosgraph.MasterError, TypeError, ValueError, AttributeError):  # nothing, or not what was written
+        return []
+
+
+def _write(node: str, records: Sequence[RowRecord]) -> None:
+    master, key = rosgraph.Master(rospy.get_name()), f'{node}/{RECORDS}/{_ROWS}'
+    master.setParam(key, json.dumps([_encoded(one) for one in records]))
+
+
+def _encoded(record: RowRecord) -> List[Any]:
+    edits = [(*one[:4], one.old.decode('latin-1'), one.new.decode('latin-1'), one.what) for one in record.edits]
+    return [edits if cell is record.edits else cell for cell in record]
+
+
+def _decoded(cells: Any) -> RowRecord:
+    record = RowRecord(*cells)
+    return record._replace(
+        edits=[
+            files.Edit(file, digest, start, end, old.encode('latin-1'), new.encode('latin-1'), what)
+            for file, digest, start, end, old, new, what in cells[RowRecord._fields.index('edits')]
+        ],
+        launched=LaunchedRow(*record.launched) if record.launched else None,
+    )
