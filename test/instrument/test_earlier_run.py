@@ -84,17 +84,25 @@ def test_a_parameter_that_the_last_request_has_changed_is_named(master, tmp_path
 
 def test_a_change_that_a_launch_file_has_overwritten_is_named(master, tmp_path):
     text = LEAVING.replace('leaving', 'launched_anew').replace('SLOW = 0.5\n', '')
-    text = text.replace('pub =', "SLOW = rospy.get_param('~slow')\npub =")
-    rospy.set_param('/launched_anew/slow', 0.5)
+    text = text.replace('pub =', "SLOW, FAST = rospy.get_param('~slow'), rospy.get_param('~fast')\npub =")
+    rospy.set_param('/launched_anew', {'slow': 0.5, 'fast': 2.5, 'kept': 3.5})
     with Unmodified(tmp_path, 'launched_anew', text) as started, Listener('launched_anew', PointStamped) as heard:
         heard.next()
         assert command('set', '/launched_anew/~slow', '0.25').returncode == 0
+        assert command('set', '/launched_anew/~fast', '4').returncode == 0
         started.stop(signal.SIGKILL)
     rospy.set_param('/launched_anew/slow', 0.5)
+    rospy.set_param('/launched_anew/fast', 2.5)
     with Unmodified(tmp_path, 'launched_anew', text) as again:
         wait_until(lambda: '~slow' in command('list', '/launched_anew').stdout, 'its locations')
         _, _, errors = again.stop()
-    assert '/launched_anew/slow is 0.5: rosslt set changed it to 0.25 in an earlier run, and it was set' in errors
+    for name, now, then in (('slow', 0.5, 0.25), ('fast', 2.5, 4.0)):
+        told = f'/launched_anew/{name} is {now}: it was changed to {then} in an earlier run, and set to another value'
+        assert told in errors
+    with Unmodified(tmp_path, 'launched_anew', text) as third:
+        wait_until(lambda: '~slow' in command('list', '/launched_anew').stdout, 'its locations')
+        _, _, errors = third.stop()
+    assert 'in an earlier run' not in errors, 'it is said once'
 
 
 RATED = """import rospy

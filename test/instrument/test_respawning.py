@@ -140,6 +140,35 @@ def test_a_change_beside_a_saved_one_is_taken_back_after_a_restart(master, tmp_p
             heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.25))
 
 
+def test_changes_below_a_row_that_was_added_are_kept_and_taken_back(master, tmp_path):
+    text = TABLE.replace("'table'", "'added'").replace(
+        '= [x for x, _ in WAYPOINTS]', '= [x for x, _ in WAYPOINTS[-3:]]'
+    )
+    with Unmodified(tmp_path, 'added', text) as started, Listener('added', PointStamped) as heard:
+        heard.next()
+        change('/added', WAYPOINTS_0_0=0.5)
+        assert len(save('/added')) == 1
+        done = command('row', 'duplicate', '/added/WAYPOINTS_0_0')
+        assert done.returncode == 0, done.stderr
+        assert save('/added') == [], 'all is saved, although it is not certain where'
+        change('/added', WAYPOINTS_1_0=1.5, WAYPOINTS_2_0=2.5)
+        heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
+        started.stop(signal.SIGKILL)
+        with Unmodified(tmp_path, 'added', started.file.read_text()) as again:
+            message = heard.next()
+            assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.5, 2.5)
+            undone = command('undo', '/added')
+            assert undone.stdout.split('\t')[:3] == ['/added/WAYPOINTS_3_0', '2.5', '2.25'], undone
+            heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.25))
+            again.stop(signal.SIGKILL)
+            with Unmodified(tmp_path, 'added', again.file.read_text()) as third:
+                message = heard.next()
+                assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.5, 2.25)
+                assert [line[:3] for line in save('/added')] == [['/added/WAYPOINTS_2_0', '1.25', '1.50']]
+                _, output, _ = third.stop()
+                assert 'is another number' not in output
+
+
 EDITED = TABLE.replace("'table'", "'edited'")
 
 

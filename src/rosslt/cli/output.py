@@ -97,8 +97,8 @@ def say_when_rows_are_read(verb: str, name: str, record: RowRecord) -> None:
         when = f'{name} runs the script again'
     else:
         when = (
-            f'{name} takes the rows as they are now at its next start; until then its numbers are followed where '
-            'that is certain'
+            f'{name} takes the rows as they are now at its next start; where it is certain which they are, it takes '
+            'their numbers at once'
         )
     print(f'rosslt {verb}: {when}', file=sys.stderr)
 

@@ -152,7 +152,7 @@ class Owner:
     def _begin_rounds(self) -> None:
         self.locations.begin_rounds()
         with self.lock:
-            self._claim_changes(ParameterLocation)
+            self.parameters.tell_lost(self.locations.by_id.values())
         self.publish_locations()
 
     def _renew(self) -> None:

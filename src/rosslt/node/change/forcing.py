@@ -483,14 +483,14 @@ class Forcing:
         return _short(', '.join(found) or str(values.untracked(part)))
 
     def _path_of(self, leaf: str) -> str:
-        """Return the name of a leaf of the field, by its path in it."""
+        """The name of a leaf of the field, by its path in it."""
         return leaf
 
     def _why_silent(self) -> str:
         """Why no message shows a change."""
         publisher, names = self._publisher, ' and '.join(map(self._name, self._request.after))
         if self._loop.old:
-            return f'the {self._loop.old} messages of {publisher} since then still come from the old value of {names}'
+            return f'the {self._loop.old} messages of {publisher} since then come from what it made of {names} before'
         which = f' that was computed from {names}' if self._messages else ''
         return f'no message of {publisher}{which} came within {self.timeout:g} s'
 

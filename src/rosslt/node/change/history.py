@@ -66,15 +66,15 @@ class History:
     def __init__(self) -> None:
         self._requests: Deque[Request] = deque(maxlen=LENGTH)
         self._earlier: Optional[Request] = None
-        # Its changes in an earlier run whose locations were not looked up yet: {name: (id, value before, value after)}.
-        self._unclaimed: Dict[str, Tuple[int, Scalar, Scalar]] = {}
+        # Its changes in an earlier run whose locations were not looked up yet: {id: (name, value before, value after)}.
+        self._unclaimed: Dict[int, Tuple[str, Scalar, Scalar]] = {}
 
     def begin(self, text: Any) -> None:
         """Begin with the last request of an earlier run, as `last` has written it, and without if none has."""
         try:
             request_id, requester, secs, nsecs, changes = json.loads(text)
             stamp = rospy.Time(secs, nsecs)
-            unclaimed = {name: (location_id, old, new) for name, (location_id, old, new) in changes.items()}
+            unclaimed = {location_id: (name, old, new) for name, (location_id, old, new) in changes.items()}
         except (TypeError, ValueError, AttributeError, RecursionError):
             return
         self._earlier, self._unclaimed = Request(str(request_id), str(requester)), unclaimed
@@ -83,20 +83,8 @@ class History:
 
     def claim(self, location: Location, value: Scalar) -> None:
         """Make the change that an earlier run made to a location undoable, if the location still has that value."""
-        location_id, old, new = self._unclaimed.pop(location.name, (0, '', ''))
-        if self._earlier is None or location_id != location.id:
-            return
-        if differing([(location, new, value)]):
-            who = self._earlier.requester or 'somebody'
-            rospy.logwarn(
-                '%s is %r: %s changed it to %r in an earlier run, and it was set to another value before this start, '
-                'as a launch file does; `rosslt save` would have kept it',
-                location.name,
-                value,
-                who,
-                new,
-            )
-        else:
+        _, old, new = self._unclaimed.pop(location.id, ('', '', ''))
+        if self._earlier is not None and not differing([(location, new, value)]):
             self._earlier.changes[location] = old, new
 
     def last(self) -> str:
@@ -104,7 +92,8 @@ class History:
         request = next(self._to_take_back(), None)
         if request is None:
             return ''
-        changes: Dict[str, Any] = dict(self._unclaimed) if request is self._earlier else {}
+        left = self._unclaimed if request is self._earlier else {}
+        changes: Dict[str, Any] = {name: (location_id, old, new) for location_id, (name, old, new) in left.items()}
         for location, (old, new) in request.changes.items():
             if isinstance(location, HeldLocation):
                 changes[location.name] = location.next_id, old, new

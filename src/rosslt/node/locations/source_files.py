@@ -169,7 +169,8 @@ def _edits_of_file(
                     f'{present.path} says {value!r} instead of {location.value_in_code!r}'
                 )
         except NotWritten as why:
-            left.append((location, str(why)))
+            if not files.equal(location.value, location.value_in_code):  # else it was saved before
+                left.append((location, str(why)))
             continue
         if not files.equal(value, location.value):
             wanted[index], owners[index] = location.value, location

@@ -10,7 +10,7 @@ import contextlib
 import json
 import re
 import threading
-from typing import Callable, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import rosgraph
 import rospy
@@ -41,6 +41,9 @@ RECORDS = 'rosslt_records'
 #: The parameter in it that keeps the last request that has changed something, to be taken back after a restart.
 LAST_REQUEST = '_last_request'
 
+#: The parameter in it that keeps the values that this node has given parameters, {name: value} as JSON.
+SET_PARAMETERS = '_set_parameters'
+
 #: The thread tries again after this many seconds if the master does not answer.
 RETRY_PERIOD = 1.0
 
@@ -50,8 +53,8 @@ class Parameters:
 
     `<node>/rosslt/<name>` shows the value of a literal, as JSON if no parameter can hold it. Beside it,
     `<node>/rosslt_records/<name>` keeps the literal that stood in the code, the id of its location, and the value, as
-    JSON. If the code says another literal at the next start, or another location has the name, the value that an
-    earlier run left is void.
+    JSON. At the next start a literal is known by its id: it has another name if rows above it were added or moved. If
+    the code says another literal then, or none has that id, the value that an earlier run left is void.
 
     Args:
         owner: this node as the owner of locations.
@@ -81,6 +84,9 @@ class Parameters:
         self._is_cleared = False
         self._own: Tree = {}  # what others have set in the namespace
         self._records: Tree = {}
+        self._left: Dict[int, str] = {}  # by id: the name under which an earlier run has left a literal's value
+        self._renamed: Dict[LiteralLocation, str] = {}  # those that have another name since, with the earlier one
+        self._set_parameters: Dict[str, Tree] = {}  # {name: value that this node has given it last}
 
     def start(self, node: str) -> None:
         """Begin, once this process is a node: read the values that an earlier run left.
@@ -93,6 +99,9 @@ class Parameters:
         self.server.subscribe(self.namespace)
         self._own = self.server.get(self.namespace)
         self._records = self.server.get(f'{node}/{RECORDS}')
+        records = [(name, record) for name, record in _records_in(self._records) if len(record) == 3]
+        self._left = {record[1]: name for name, record in records if isinstance(record[1], int)}
+        self._set_parameters = _dict_in(part_of(self._records, SET_PARAMETERS))
         self.last_request = part_of(self._records, LAST_REQUEST) or ''
         if ANONYMOUS.search(node):
             rospy.on_shutdown(self._clear)  # its name does not come again
@@ -117,6 +126,21 @@ class Parameters:
         for location, _ in pairs:
             self._note_taken_over(location)
 
+    def tell_lost(self, locations: Iterable[Location]) -> None:
+        """Say of parameters that an earlier run has changed that they have been set to something else since."""
+        for location in locations:
+            left = self._set_parameters.pop(location.name, None)
+            if left is None or is_sent_alike(left, location.value):
+                continue
+            rospy.logwarn(
+                '%s is %r: it was changed to %r in an earlier run, and set to another value since, as a launch file '
+                'does; `rosslt save` would have kept it',
+                location.name,
+                location.value,
+                left,
+            )
+            self.write(location)
+
     def take_over_unread(self, location: LiteralLocation) -> None:
         """The same of a literal that nothing has read."""
         value = self._kept(location)
@@ -125,17 +149,25 @@ class Parameters:
             self._note_taken_over(location)
 
     def has_kept(self, name: str, location_id: int) -> bool:
-        """Return whether a literal of that name and id begins with the value of its parameter, if that is valid."""
-        record = read_record(part_of(self._records, name))
-        return part_of(self._own, name) is not None and (len(record) != 3 or record[1] == location_id)
+        """Return whether a literal of that name and id begins with the value of a parameter, if that is valid."""
+        is_given = part_of(self._own, name) is not None and len(read_record(part_of(self._records, name))) != 3
+        return is_given or location_id in self._left
+
+    def _name_left(self, location: LiteralLocation) -> str:
+        """The name of the parameter that a literal begins with, if that is set."""
+        record = read_record(part_of(self._records, location.name))
+        is_own = len(record) == 3 and record[1] == location.id
+        is_given = len(record) != 3 and part_of(self._own, location.name) is not None
+        return location.name if is_own or is_given else self._left.get(location.id, location.name)
 
     def _kept(self, location: LiteralLocation) -> Optional[Scalar]:
         """The value of the parameter of a literal; None if it is not set or void."""
-        value = part_of(self._own, location.name)
+        name = self._name_left(location)
+        value = part_of(self._own, name)
         if value is None:
             return None
-        key = f'{self.namespace}/{location.name}'
-        record = read_record(part_of(self._records, location.name))
+        key = f'{self.namespace}/{name}'
+        record = read_record(part_of(self._records, name))
         # A parameter without a record was not left by an earlier run: somebody, perhaps a launch file, has set it for
         # this one.
         said, location_id, kept = record if len(record) == 3 else (location.literal, location.id, value)
@@ -145,6 +177,8 @@ class Parameters:
         literal = float(location.literal) if type(said) is location.type is float else location.literal
         why = ''
         if location_id != location.id:
+            if location_id in self._owner.locations.by_id:
+                return None  # it has another name now
             why = 'is another number than in an earlier run'
         elif type(said) is not type(literal) or said != literal:
             why = f'now says {location.literal!r} where it said {said!r}'
@@ -167,9 +201,13 @@ class Parameters:
             return
         location.remembered = True
         key = f'{self.namespace}/{location.name}'
-        has_record = bool(read_record(part_of(self._records, location.name)))
+        name = self._name_left(location)
+        has_record = bool(read_record(part_of(self._records, name)))
         if has_record:
             self._shown[location] = None
+        if name != location.name:
+            self._renamed[location] = name
+            self.write(location)
         rospy.loginfo(
             '%s is %r, %s; the code says %r (%s)',
             location.name,
@@ -283,16 +321,27 @@ class Parameters:
                 pairs.append((f'{self.namespace}/{one.name}', as_shown(one.value)))
                 record = [one.literal, one.next_id, one.value]
                 pairs.append((f'{self._node}/{RECORDS}/{one.name}', json.dumps(record)))
+                self._forget_name(one)
             else:
                 has_read = True
+                self._set_parameters[one.name] = one.value
         if has_read:
             pairs += self._write_read()
+            pairs.append((f'{self._node}/{RECORDS}/{SET_PARAMETERS}', json.dumps(self._set_parameters)))
         with self._owner.lock:
             last_request = self._owner.history.last()
         if last_request != self.last_request:
             pairs.append((f'{self._node}/{RECORDS}/{LAST_REQUEST}', last_request))
         self.server.set(pairs)
         self.last_request = last_request
+
+    def _forget_name(self, location: LiteralLocation) -> None:
+        """Delete what an earlier run has left of a literal under another name, unless another literal has that now."""
+        name = self._renamed.pop(location, None)
+        record = read_record(self.server.get(f'{self._node}/{RECORDS}/{name}')) if name else []
+        if record[1:2] == [location.id]:
+            for namespace in (self.namespace, f'{self._node}/{RECORDS}'):
+                self.server.delete(f'{namespace}/{name}')
 
     def _read(self, key: str) -> None:
         """Take in what the master says of a parameter that was set, and of those above and below it."""
@@ -344,3 +393,21 @@ def read_record(text: Tree) -> List[Tree]:
     except (TypeError, ValueError, RecursionError):
         return []
     return record if isinstance(record, list) else []
+
+
+def _records_in(tree: Tree, name: str = '') -> Iterator[Tuple[str, List[Tree]]]:
+    """The records of literals in a tree of parameters, with their names."""
+    for key, part in tree.items() if isinstance(tree, dict) else ():
+        if not key.startswith('_'):
+            yield from _records_in(part, f'{name}/{key}' if name else key)
+    if name and not isinstance(tree, dict):
+        yield name, read_record(tree)
+
+
+def _dict_in(text: Tree) -> Dict[str, Tree]:
+    """A dict that was written as JSON; an empty one if it is malformed."""
+    try:
+        found = json.loads(str(text))
+    except (TypeError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
