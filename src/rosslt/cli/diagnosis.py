@@ -329,8 +329,9 @@ class Examination:
         plain = [path for path, sources in fields.items() if not sources]
         if plain:
             steps = self._losses.steps_of(publisher)
-            carried = f'; what its code carries on from round to round has none: {steps}' if steps else ''
-            yield Finding(NOTE, f'{few(plain)} cannot be forced: it has no source, as {publisher} sends it{carried}')
+            others = 'what is received without sources has none, nor what its code carries on from round to round'
+            why = f'; {others}, as at {steps}' if steps else ''
+            yield Finding(NOTE, f'{few(plain)} cannot be forced: it has no source, as {publisher} sends it{why}')
         fixed = [path for path, sources in fields.items() if sources and not any(map(self._can_change, sources))]
         if fixed:
             yield Finding(NOTE, f'{few(fixed)} cannot be forced: none of its locations can be changed')
