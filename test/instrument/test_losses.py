@@ -164,7 +164,9 @@ def test_the_doctor_says_which_lines_carry_a_state_on(master, tmp_path):
         heard.comes(lambda message: values.is_tracked(message.z))
         assert '`rosslt doctor /place/y` says why' in command('explain', '/place/y').stderr
         said = 'y cannot be forced: it has no source, as /ramp sends it; what is received without sources has none, '
-        assert ('note', f'{said}nor what its code carries on from round to round, as at {steps}') in findings('/place/y')
+        assert ('note', f'{said}nor what its code carries on from round to round, as at {steps}') in findings(
+            '/place/y'
+        )
 
 
 WAITING = """

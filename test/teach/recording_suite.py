@@ -170,6 +170,9 @@ class Recording(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), 0)
         self.assertEqual(node.file.read_text(), after)
+        undone = rosslt('undo', '/patrol')
+        self.assertEqual(undone.stdout.split('\t')[:3], ['/patrol/WAYPOINTS_0_0', 'add', 'undone'], undone)
+        self.assertEqual(node.file.read_text(), before)
 
     def test_a_live_script_runs_again_with_the_rows(self):
         file = Path(self.folder.name, 'tour.script')

@@ -60,7 +60,15 @@ from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
 from rosslt.node.locations.location import HeldLocation, LiteralLocation, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
-from rosslt.node.locations.row_edits import SCRIPT_TEXT, edit_row, in_row, is_in_script, row_additions, row_edit
+from rosslt.node.locations.row_edits import (
+    SCRIPT_TEXT,
+    add_rows,
+    edit_row,
+    in_row,
+    is_in_script,
+    row_additions,
+    row_edit,
+)
 from rosslt.node.locations.row_journal import RowRecord, last_row_record, take_row_back
 from rosslt.node.locations.saving import Unsaved, changes_to_save, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES

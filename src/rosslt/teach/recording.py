@@ -144,8 +144,7 @@ class Recording:
             led.handle, [led.poses[index] for index in kept], led.shared, resolution, TIMEOUT, self._name_of
         )
         places = self._places(list(waypoints[0]))
-        edits = node.row_additions(places, [list(one.values()) for one in waypoints], TIMEOUT)
-        files.write(edits)
+        node.add_rows(places, [list(one.values()) for one in waypoints], TIMEOUT)
         location = places[0].location
         return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}')
 

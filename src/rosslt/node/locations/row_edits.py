@@ -12,7 +12,7 @@ from rosslt import files, values
 from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
-from rosslt.node.locations.row_journal import LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
+from rosslt.node.locations.row_journal import ADD, LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
 from rosslt.node.locations.saving import edits_of, list_edits, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
@@ -195,6 +195,25 @@ def row_additions(places: Sequence[Place], added: Sequence[Sequence[Scalar]], ti
     """
     content, stands = _text_of(places, places, timeout)
     return files.python_row_additions(places[0].location.file, content, stands, added)
+
+
+def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> None:
+    """Add rows below the row that locations are in, and keep what takes them back.
+
+    Args:
+        places, added, timeout: as of `row_additions`.
+
+    Raises:
+        FileError, SourceUnreachable: as of `row_additions`, or the file cannot be written; then it is as it was.
+    """
+    place = places[0]
+    after = last_request_of(place.node, timeout)
+    edits = row_additions(places, added, timeout)
+    content = files.replaced(files.read_bytes(place.location.file), edits)
+    files.write(edits)
+    back = files.taking_back(edits, files.digest_of(content))
+    where = f'{place.location.file}:{place.location.line}'
+    keep_row_record(place.node, RowRecord(place.name, ADD, where, is_in_script(place), after, back, None, {}))
 
 
 def _text_of(places: Sequence[Place], row: Sequence[Place], timeout: float) -> Tuple[bytes, List[Tuple[int, int]]]:

@@ -17,6 +17,9 @@ from rosslt.node.service_calls import ask_all
 #: The parameter in the namespace of records that keeps what was done with rows, the latest last.
 _ROWS = '_rows'
 
+#: What was done if rows were added, beside `files.OPERATIONS`.
+ADD = 'add'
+
 #: The maximal number of kept ones.
 _MOST_KEPT = 20
 
@@ -63,7 +66,7 @@ class RowRecord(NamedTuple):
 
     Attributes:
         name: NODE/LOCATION of a number in it.
-        operation: one of `files.OPERATIONS`.
+        operation: one of `files.OPERATIONS`, or ADD.
         place: FILE:LINE of the row.
         is_in_script: whether that is a live script.
         after: the id of the last request that had changed its node by then, and was not taken back; '' if none had.
@@ -136,9 +139,8 @@ def take_row_back(node: str, record: RowRecord, timeout: float) -> None:
     """
     file = record.edits[0].file
     if files.digest_of(files.read_bytes(file)) != record.edits[0].digest:
-        reason = (
-            f'it was edited since `rosslt row {record.operation} {record.name}`; take that edit back, and try again'
-        )
+        verb = 'teach' if record.operation == ADD else f'row {record.operation}'
+        reason = f'it was edited since `rosslt {verb} {record.name}`; take that edit back, and try again'
         raise files.FileError(file, None, None, reason)
     files.write(record.edits)
     launched = record.launched
