@@ -10,11 +10,13 @@ from support.shell import failure, lines, rosslt
 from support.unmodified import Listener, Unmodified
 
 HOMER = """\
+import numpy as np
 import rospy
 from geometry_msgs.msg import PointStamped
 
 HOME = 0.5
 START_X = 3.5
+LINE = 4.5
 
 class Place:
     __slots__ = ['x']
@@ -29,8 +31,11 @@ class Robot:
         self.message.point.z = HOME
         self.row = [HOME, HOME]
         self.table = {'x': HOME}
-        self.alone = START_X
-        self.publishers = [rospy.Publisher(name, PointStamped, queue_size=1) for name in ('place', 'more', 'home')]
+        self.array = self.same = np.array([HOME, HOME])
+        self.cells = np.array([HOME, HOME])
+        self.alone, self.line = START_X, np.array([LINE, 1.5])
+        names = 'place', 'more', 'arrays', 'home'
+        self.publishers = [rospy.Publisher(name, PointStamped, queue_size=1) for name in names]
 
     def send(self, *points):
         for publisher, point in zip(self.publishers, points):
@@ -47,15 +52,19 @@ class Robot:
         self.message.point.z += 0.1
         self.row[0] += 0.1
         self.table['x'] += 0.1
+        self.array += np.array([0.1, 0.1])
+        self.cells[0] += 0.1
         self.alone += 0.1
+        self.line += np.array([0.1, 0.1])
 
     def run(self):
         rate = rospy.Rate(20)
         while not rospy.is_shutdown():
             if rospy.has_param('/is_on'):
                 self.step()
-            home = self.row[1], HOME, self.alone
-            self.send((self.x, self.__hidden, self.slot.x), (self.message.point.z, self.row[0], self.table['x']), home)
+            home = self.row[1] + self.cells[1], HOME, self.alone + self.line[0]
+            more = self.message.point.z, self.row[0], self.table['x']
+            self.send((self.x, self.__hidden, self.slot.x), more, (*self.same, self.cells[0]), home)
             rate.sleep()
 
 rospy.init_node('homer')
@@ -77,16 +86,20 @@ def point_of(message):
 def test_a_state_leaves_its_start_when_it_is_stepped(master, tmp_path):
     with Unmodified(tmp_path, 'homer', HOMER), Listener('place', PointStamped) as place, Listener(
         'more', PointStamped
-    ) as more, Listener('home', PointStamped) as home:
+    ) as more, Listener('arrays', PointStamped) as arrays, Listener('home', PointStamped) as home:
         place.comes(lambda message: values.is_tracked(message.point.x))
         assert rosslt('set', '/homer/HOME', '0.75').stderr == ''
-        for heard in place, more:  # nothing has been stepped yet
+        for heard in place, more, arrays:  # nothing has been stepped yet
             assert named(*point_of(heard.comes(lambda message: set(point_of(message)) == {0.75}))) == {'HOME'}
         rospy.set_param('/is_on', True)
-        for heard in place, more:
+        for heard in place, more, arrays:
             message = heard.comes(lambda message: min(point_of(message)) > 1.4)
             assert not values.is_tracked(point_of(message))
-        assert named(*point_of(home.comes(lambda message: values.is_tracked(message.point.y)))) == {'HOME', 'START_X'}
+        assert named(*point_of(home.comes(lambda message: values.is_tracked(message.point.y)))) == {
+            'HOME',
+            'START_X',
+            'LINE',
+        }
         before = lines('log')
         assert 'nothing in it has a source' in failure('force', '/place/point/x', '2')
         assert lines('log') == before
@@ -96,7 +109,7 @@ def test_a_state_leaves_its_start_when_it_is_stepped(master, tmp_path):
         found = rosslt('doctor', '/place/point/x', '--time', '1').stdout
         assert f'homer.py:{line}: self.x += 0.1' in found
         assert rosslt('set', '/homer/HOME', '0.25').stderr == ''
-        assert home.comes(lambda message: message.point.y == 0.25).point.x == 0.25
+        assert home.comes(lambda message: message.point.y == 0.25).point.x == 0.5
         assert place.next().point.x > 1.4
 
 

@@ -6,7 +6,7 @@ while not rospy.is_shutdown():
 """
 
 import types
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, List, Tuple
 
 import genpy
 
@@ -26,6 +26,13 @@ class _Starts(Dict[values.Source, bool]):
 
 
 _STARTS = _Starts()
+_arrays: List[type] = []
+
+
+def see_arrays(kind: type) -> None:
+    """Have `cut_off` also know a class of arrays with provenance."""
+    if kind not in _arrays:
+        _arrays.append(kind)
 
 
 def cut_off(owner: Any, key: Any) -> Any:
@@ -42,21 +49,38 @@ def cut_off(owner: Any, key: Any) -> Any:
         return owner
     place, key, value = _element(owner, *key) if type(key) is tuple else _attribute(owner, key)
     kind = type(value)
-    if kind is float or kind is int or id(kind) not in map(id, values.TRACKED_CLASSES):
+    if kind is float or kind is int:
         return owner
-    stripped = plain(value)
+    is_array = _is_array(value)
+    if not (value.has_provenance if is_array else id(kind) in map(id, values.TRACKED_CLASSES)):
+        return owner
+    sources = values.sources(value)
+    if all(map(_STARTS.get, sources)):
+        return owner
     # Without it in its place, it is known whether anything else keeps what it began with.
-    _put(place, key, value, stripped)
-    if all(map(_STARTS.__getitem__, values.sources(value))):
-        _put(place, key, stripped, value)
+    if is_array:
+        before = value.copy()
+        value.forget()
+    else:
+        stripped = plain(value)
+        _put(place, key, value, stripped)
+    if all(map(_STARTS.__getitem__, sources)):
+        if is_array:
+            value[...] = before
+        else:
+            _put(place, key, stripped, value)
     return owner
 
 
+def _is_array(thing: Any) -> bool:
+    return any(type(thing) is kind for kind in _arrays)
+
+
 def _put(place: Any, key: Any, before: Any, value: Any) -> None:
-    if type(place) is not list:
-        values.exchange([(place, key, before, value)])
-    elif place[key] is before:
+    if type(place) is list or _is_array(place):
         place[key] = value
+    else:
+        values.exchange([(place, key, before, value)])
 
 
 def _attribute(owner: Any, name: str) -> Tuple[Any, Any, Any]:
@@ -78,7 +102,7 @@ def _element(owner: Any, key: Any) -> Tuple[Any, Any, Any]:
     try:
         if type(owner) is dict:
             return owner, key, owner.get(key)
-        if type(owner) is list:
+        if type(owner) is list or (_is_array(owner) and owner.has_provenance):
             return owner, key, owner[key]
     except (LookupError, TypeError):  # the statement says so
         pass
