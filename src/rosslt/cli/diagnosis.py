@@ -202,12 +202,13 @@ class Losses:
         is_constant = sent.count > 1 and not sent.is_varied
         values_sent = 'the same values in each message' if is_constant else 'values'
         at, steps = _at(answer.sent_at[index]), self.steps_of(publisher)
-        carried = f', and what its code carries on from round to round ({steps})' if steps else ''
+        carried = f'what its code carries on from round to round ({steps})' if steps else ''
+        taker = f'what was received, or {carried},' if steps else 'what was received'
         why = (
-            'Earlier messages had some: another branch of its code runs now, or what was received has taken their place'
+            f'Earlier messages had some: another branch of its code runs now, or {taker} has taken their place'
             if answer.had_sources[index]
-            else f'Constants, text that is made of numbers, what is received without sources{carried} have none; '
-            'another branch of its code may compute them from a location'
+            else 'Constants, text that is made of numbers, what is received without sources'
+            f'{carried and ", and "}{carried} have none; another branch of its code may compute them from a location'
         )
         return f'{publisher} sends {values_sent} without sources{at}. {why}'
 

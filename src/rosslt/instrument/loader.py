@@ -17,13 +17,14 @@ from importlib.machinery import BuiltinImporter, FrozenImporter, ModuleSpec, Pat
 from typing import Any, Collection, Dict, List, Optional
 
 from rosslt import node
-from rosslt.instrument import cells, functions, reloading
+from rosslt.instrument import cells, functions, reloading, starts
 from rosslt.instrument.literals import Literal
 from rosslt.instrument.set_up_names import SET_UP, Place
 from rosslt.instrument.tree_rewriting import (
     CELLS,
     CONVERSIONS,
     CONVERT,
+    CUT_OFF,
     OBJECT,
     OPERATORS,
     PLAIN,
@@ -141,6 +142,7 @@ def prepare(names: Dict[str, Any], made: Rewritten, path: str) -> None:
     found[name_of_cells(path, made.digest)] = names[CELLS]
     found.setdefault(PLAIN, cells.plain)  # as it is watched, if it is
     found.setdefault(PLAIN_PARTS, cells.plain_parts)
+    found.setdefault(CUT_OFF, starts.cut_off)
     found[OBJECT] = cells.plain_object
     found[SAME] = cells.is_same
     found[TAKEN] = node.taken

@@ -20,9 +20,9 @@ from typing import Any, Dict, Tuple
 import rospy
 
 from rosslt import srv, values
-from rosslt.instrument import cells
+from rosslt.instrument import cells, starts
 from rosslt.instrument.budget import BUDGET
-from rosslt.instrument.tree_rewriting import CELLS, PLAIN, PLAIN_PARTS
+from rosslt.instrument.tree_rewriting import CELLS, CUT_OFF, PLAIN, PLAIN_PARTS
 
 #: Duration of the search after a node's first message, in seconds.
 START = 5.0
@@ -80,7 +80,7 @@ class Losses:
                 self.is_watched = True
                 for kind in _NUMBERS:
                     kind.__float__ = _plain_float
-                vars(builtins).update({PLAIN: _plain_step, PLAIN_PARTS: _plain_steps})
+                vars(builtins).update({PLAIN: _plain_step, PLAIN_PARTS: _plain_steps, CUT_OFF: _cut_off})
 
     def end(self) -> None:
         """Look no more, if nobody else does."""
@@ -90,7 +90,7 @@ class Losses:
                 self.is_watched = False
                 for kind in _NUMBERS:
                     del kind.__float__
-                vars(builtins).update({PLAIN: cells.plain, PLAIN_PARTS: cells.plain_parts})
+                vars(builtins).update({PLAIN: cells.plain, PLAIN_PARTS: cells.plain_parts, CUT_OFF: starts.cut_off})
 
     def note(self, frame: Any) -> None:
         """Count a number that has lost its provenance in a frame, or in a function called from there."""
@@ -134,7 +134,7 @@ class Losses:
         """Look for so long; serves `~rosslt/find_losses`."""
         end = time.monotonic() + min(max(request.seconds, 0.0), LONGEST)
         cpu, recording = time.process_time(), BUDGET.spent
-        lines, sent, steps = BUDGET.lines.copy(), self._sent.copy(), self._steps.copy()
+        lines, sent = BUDGET.lines.copy(), self._sent.copy()
         self.begin()
         try:
             while not rospy.is_shutdown() and time.monotonic() < end:
@@ -154,7 +154,7 @@ class Losses:
             list(topics),
             list(topics.values()),
             ['; '.join(_shown(*place) for topic, *place in sending if topic == one) for one in topics],
-            [_shown(*place) for place in sorted(self._steps.copy() - steps)],
+            [_shown(*place) for place in sorted(self._steps.copy())],
         )
 
 
@@ -189,6 +189,11 @@ def _plain_step(value: Any) -> Any:
 def _plain_steps(parts: Any, *others: int) -> Any:
     LOSSES.stepped(sys._getframe(1))
     return cells.plain_parts(parts, *others)
+
+
+def _cut_off(owner: Any, key: Any) -> Any:
+    LOSSES.stepped(sys._getframe(1))
+    return starts.cut_off(owner, key)
 
 
 def _has_provenance(thing: Any, depth: int = 3) -> bool:

@@ -7,7 +7,7 @@ import numpy
 import rospy
 
 from rosslt import values
-from rosslt.instrument import cells, functions
+from rosslt.instrument import cells, functions, starts
 from rosslt.instrument.losses import LOSSES
 
 arrays = values.numpy_arrays()
@@ -36,6 +36,7 @@ def look_like_numpy() -> None:
     for cls, kind in ((arrays.TrackedArray, numpy.ndarray), *[(cls, kind) for kind, cls in arrays.CLASSES.items()]):
         functions.show_as_plain(cls, kind, _reduced)
         cells.strip_by(cls, arrays.plain)
+    starts.see_arrays(arrays.TrackedArray)
     for kind in arrays.CLASSES:
         functions.convert_by(kind, arrays.conversion(kind))
     if LOSSES.computed not in arrays.LOST:

@@ -17,11 +17,12 @@ from rosslt.instrument.states import States, find_states, reads_parameters
 #: The name of its cells in a module that runs rewritten.
 CELLS = '__rosslt_cells__'
 #: The names that rewritten code finds among Python's own, whatever its globals are.
-ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, OBJECT, SAME, TAKEN = (
+ROUTE, ROUTE_ALL, PLAIN, PLAIN_PARTS, CUT_OFF, OBJECT, SAME, TAKEN = (
     '__rosslt_route__',
     '__rosslt_route_all__',
     '__rosslt_plain__',
     '__rosslt_plain_parts__',
+    '__rosslt_cut_off__',
     '__rosslt_object__',
     '__rosslt_same__',
     '__rosslt_taken__',
@@ -263,6 +264,7 @@ class _Rewriter(ast.NodeTransformer):
         self._shared = shared
         self._hidden, self._whole = hidden, whole
         self._is_exact = False  # whether what is visited is in a method of `_EXACT`
+        self._class = ''  # the innermost one around what is visited
 
     def visit(self, node: ast.AST) -> Any:
         cell = self._cells.get(id(node))
@@ -287,6 +289,12 @@ class _Rewriter(ast.NodeTransformer):
         around, self._is_exact = self._is_exact, node.name in _EXACT
         self.generic_visit(node)
         self._is_exact = around
+        return node
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        around, self._class = self._class, node.name
+        self.generic_visit(node)
+        self._class = around
         return node
 
     def visit_Return(self, node: ast.Return) -> ast.AST:
@@ -389,6 +397,16 @@ class _Rewriter(ast.NodeTransformer):
             return False
         return owner not in bound_names(value)
 
+    def _key(self, target: Union[ast.Attribute, ast.Subscript]) -> Optional[ast.expr]:
+        """The key of a target, as `starts.cut_off` takes it; None if it must not be evaluated twice."""
+        if isinstance(target, ast.Attribute):
+            is_private = self._class.strip('_') and target.attr[:2] == '__' != target.attr[-2:]
+            return _text(f'_{self._class.lstrip("_")}{target.attr}' if is_private else target.attr, target)
+        index: Any = getattr(target.slice, 'value', None) if type(target.slice).__name__ == 'Index' else target.slice
+        if not all(isinstance(part, _INDEXING) for part in ast.walk(index)):
+            return None
+        return ast.copy_location(ast.Tuple(elts=[copy.deepcopy(index)], ctx=ast.Load()), target)
+
     def visit_AugAssign(self, node: ast.AugAssign) -> Union[ast.AST, List[ast.stmt]]:
         is_step = node in self._steps
         operator = OPERATORS.get(type(node.op))
@@ -405,12 +423,18 @@ class _Rewriter(ast.NodeTransformer):
             return node
         if not is_plain:
             node.value = _call(PLAIN, [node.value], node.value)
-        if not isinstance(node.target, ast.Name):
+        if isinstance(node.target, (ast.Attribute, ast.Subscript)):
+            key = self._key(node.target)
+            if key is not None:
+                node.target.value = _call(CUT_OFF, [node.target.value, key], node.target.value)
             return node
         read = ast.copy_location(ast.Name(id=node.target.id, ctx=ast.Load()), node.target)
         again = ast.Assign(targets=[copy.copy(node.target)], value=_call(PLAIN, [read], node))
         return [node, ast.copy_location(again, node)]
 
+
+_INDEXING = (ast.Name, ast.Constant, ast.Tuple, ast.UnaryOp, ast.USub, ast.Load)
+"""The nodes of indices that are the same each time they are evaluated, and do nothing else."""
 
 _HAS_PLAIN_INDEX = not hasattr(ast, 'Index') or not isinstance(
     ast.parse('a[0]').body[0].value.slice,  # type: ignore[attr-defined]

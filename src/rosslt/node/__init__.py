@@ -15,6 +15,7 @@ from rosslt.node.api import (
     has_kept,
     identify,
     init_node,
+    is_late,
     is_started,
     limits,
     location,

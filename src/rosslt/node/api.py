@@ -34,6 +34,7 @@ from rosslt.node.locations.location import HeldLocation, LiteralLocation, Locati
 from rosslt.node.locations.location_arguments import checked_limits
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.plain_copies import PLAIN_COPIES
+from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import watch_first_round
 from rosslt.node.rospy_internals import is_initialized, shut_down_without_deadlock
 
@@ -326,6 +327,13 @@ def read_at(file: str) -> Dict[int, Location]:
             if one.value_in_code is not None and os.path.realpath(one.site.file) == os.path.realpath(file)
         ]
         return {index: one for index, one in ((one.find_in(source), one) for one in there) if index is not None}
+
+
+def is_late(source: values.Source) -> bool:
+    """Return whether a change of a source of this node is known to do nothing before the node starts again."""
+    with _owner.lock:
+        location = _owner.locations.by_id.get(source.location_id) if source.node == _owner.name else None
+        return location is not None and not location.is_read_again() and not MEMORY.kept([source])
 
 
 def get_param(name: str, *default: object, as_float: bool = False) -> Any:
