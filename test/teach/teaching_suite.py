@@ -5,8 +5,11 @@ import math
 import os
 import shutil
 import signal
+import subprocess
+import tempfile
 import unittest
 
+import rosbag
 import rospkg
 import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
@@ -148,6 +151,22 @@ class Teaching(unittest.TestCase):
         shown = [array.markers[0] for array in ghosts if array.markers[0].action == Marker.ADD]
         self.assertEqual({(one.type, one.header.frame_id, one.color.a) for one in shown}, {(Marker.CUBE, 'world', 0.5)})
         self.assertAlmostEqual(max(one.pose.position.x for one in shown), 1.0 + 500 * STEP, delta=10 * STEP)
+
+    def test_a_recorded_bag_of_a_joystick_leads_a_thing(self):
+        topic, folder = f'/{self._testMethodName}/joy', tempfile.TemporaryDirectory(prefix='rosslt_test_')
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, 'joy.bag')
+        recorded = [self.joy(held=False), self.joy(), *[self.joy(1.0) for _ in range(50)], self.joy(held=False)]
+        with rosbag.Bag(path, 'w') as bag:
+            for message in recorded:
+                bag.write(topic, message, message.header.stamp)
+        play = subprocess.Popen(['rosbag', 'play', '-q', '--wait-for-subscribers', path], stdin=subprocess.DEVNULL)
+        self.addCleanup(play.wait)
+        self.addCleanup(play.kill)
+        teaching = Teach(shutil.which('rosslt'), 'teach', '/things:box:0', '--by', topic, '--wait', '60')
+        self.addCleanup(teaching.process.kill)
+        teaching.wait_for('lets go')
+        self.expect('x', 1.0 + 50 * STEP)
 
     def test_a_second_hold_goes_on_from_where_the_thing_was_dropped(self):
         joy = self.joystick()

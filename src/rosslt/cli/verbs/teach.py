@@ -383,10 +383,12 @@ class Screen:
     def show(self, is_held: bool, place: Sequence[float], numbers: Dict[str, Any]) -> None:
         """Show who holds the thing, where it is, and the numbers behind it."""
         has_changed = is_held != self._is_held
-        if has_changed and not is_terminal():
-            write_row('holds' if is_held else 'lets go', self.name, self._by, *place)
-            sys.stdout.flush()
-        self._is_held = is_held  # only now: Ctrl-C may come meanwhile, after which it is said again
+        try:
+            if has_changed and not is_terminal():
+                write_row('holds' if is_held else 'lets go', self.name, self._by, *place)
+                sys.stdout.flush()
+        finally:  # Ctrl-C may come just after it was said
+            self._is_held = is_held
         if is_terminal() and (has_changed or time.monotonic() >= self._due):
             self._due = time.monotonic() + PERIOD
             texts = [f'{name} = {value:.4g}' for name, value in numbers.items() if not isinstance(value, str)]

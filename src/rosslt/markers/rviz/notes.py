@@ -47,11 +47,12 @@ class Notes:
         name = handle.name + SUFFIX
         self._news[name] = self._drawn(name, handle, text)
         self._ends[name] = time.monotonic() + DURATION
+        self._kept.pop(name, None)
 
     def keep(self, server: Server, handle: Handle, text: str) -> None:
         """Have a note stand in front of a handle until it is not kept any more; it moves with the handle."""
         name = handle.name + SUFFIX
-        if self._kept.get(name) != text or name not in self._ends:
+        if self._kept.get(name) != text:
             self.put(handle, text)
             self._kept[name] = text
         else:
