@@ -83,8 +83,10 @@ class History:
 
     def claim(self, location: Location, value: Scalar) -> None:
         """Make the change that an earlier run made to a location undoable, if the location still has that value."""
-        _, old, new = self._unclaimed.pop(location.id, ('', '', ''))
-        if self._earlier is not None and not differing([(location, new, value)]):
+        if self._earlier is None or location.id not in self._unclaimed:
+            return
+        _, old, new = self._unclaimed.pop(location.id)
+        if not differing([(location, new, value)]):
             self._earlier.changes[location] = old, new
 
     def last(self) -> str:
