@@ -64,9 +64,8 @@ class Offers(NamedTuple):
         return [choice for choice in choices if choice.changed]
 
     def title(self, choice: Choice) -> str:
-        """The text of a choice: what it changes, and where that is if it is a single number."""
-        says = self.descriptions.one if len(choice.changed) == 1 else self.descriptions.name
-        return ', '.join(map(says, choice.changed))
+        """The text of a choice."""
+        return ', '.join(map(self.descriptions.one, choice.changed))
 
     def is_chosen(self, handle: Handle, choice: Choice) -> bool:
         """True if drags of a thing change what a choice says."""

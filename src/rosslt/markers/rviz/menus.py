@@ -8,7 +8,7 @@ from interactive_markers.menu_handler import MenuHandler
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from rosslt import values
-from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Offers
+from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.selection import Selection
@@ -57,14 +57,20 @@ class Menus:
         descriptions = self._offers.descriptions
         if not descriptions.can_change(handle.tracked):
             return None
-        title, is_chosen, choices = self._offers.title, self._offers.is_chosen, self._offers.choices(handle)
+        is_chosen, choices = self._offers.is_chosen, self._offers.choices(handle)
         return Menu(
-            [(title(choice), choice.source, is_chosen(handle, choice)) for choice in choices],
+            [(self._title(choice), choice.source, is_chosen(handle, choice)) for choice in choices],
             self._offers.can_be_free(handle),
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
             self._offers.row(choices),
         )
+
+    def _title(self, choice: Choice) -> str:
+        """The text of a choice, several numbers by their names alone: a menu has to fit on the view."""
+        if len(choice.changed) == 1:
+            return self._offers.title(choice)
+        return ', '.join(map(self._offers.descriptions.name, choice.changed))
 
     def add(self, server: Server, name: str, menu: Menu) -> None:
         """Add a menu to a handle that has just been inserted."""
