@@ -89,8 +89,11 @@ def test_a_change_that_a_launch_file_has_overwritten_is_named(master, tmp_path):
     with Unmodified(tmp_path, 'launched_anew', text) as started, Listener('launched_anew', PointStamped) as heard:
         heard.next()
         assert command('set', '/launched_anew/~slow', '0.25').returncode == 0
-        assert command('set', '/launched_anew/~fast', '4').returncode == 0
         started.stop(signal.SIGKILL)
+    with Unmodified(tmp_path, 'launched_anew', text) as respawned:  # it goes on with what was changed
+        wait_until(lambda: '~fast' in command('list', '/launched_anew').stdout, 'its locations')
+        assert command('set', '/launched_anew/~fast', '4').returncode == 0
+        respawned.stop(signal.SIGKILL)
     rospy.set_param('/launched_anew/slow', 0.5)
     rospy.set_param('/launched_anew/fast', 2.5)
     with Unmodified(tmp_path, 'launched_anew', text) as again:

@@ -3,6 +3,9 @@
 import os
 import signal
 import tempfile
+import unittest
+
+import rospy
 
 from support.fork_server import Program
 from support.processes import wait_until
@@ -27,3 +30,24 @@ class Teach:
     def stop(self, number=signal.SIGINT):
         self.process.send_signal(number)
         return self.process.wait(60)
+
+
+class WithDevices(unittest.TestCase):
+    """Tests that play devices."""
+
+    def device(self, kind, name='device'):
+        """The publisher of a device, on a topic that no test has but this one."""
+        publisher = rospy.Publisher('/{}/{}'.format(self._testMethodName, name), kind, queue_size=1000)
+        self.addCleanup(publisher.unregister)
+        return publisher
+
+    def play(self, publisher, *messages):
+        for message in messages:
+            publisher.publish(message)
+
+    def start(self, publisher, *command):
+        """Start what is to follow a device; returns it once it hears the device."""
+        started = Teach(*command, '--by', publisher.name, '--wait', '60')
+        self.addCleanup(started.process.kill)
+        wait_until(publisher.get_num_connections, lambda: 'it hears the device: ' + str(started.process.poll()))
+        return started

@@ -4,7 +4,6 @@
 import math
 import shutil
 import tempfile
-import unittest
 from pathlib import Path
 
 import rospy
@@ -13,7 +12,7 @@ from std_msgs.msg import Float64, String
 
 from support.processes import Node, wait_until
 from support.shell import failure, lines, rosslt
-from support.teaching import Teach
+from support.teaching import Teach, WithDevices
 from support.unmodified import Unmodified
 
 STAGE = """
@@ -54,7 +53,7 @@ def value(name):
     return float(rosslt('get', name).stdout)
 
 
-class Numbers(unittest.TestCase):
+class Numbers(WithDevices):
     @classmethod
     def setUpClass(cls):
         cls.stage = Node('stage', STAGE)
@@ -68,12 +67,6 @@ class Numbers(unittest.TestCase):
         wait_until(lambda: rosslt('get', '/stage/elbow').returncode == 0, 'all locations are there')
         rosslt('unlock', '/stage/gain')
         rosslt('reset', '/stage')
-
-    def device(self, kind, name='device'):
-        """The publisher of a device, on a topic that no test has but this one."""
-        publisher = rospy.Publisher('/{}/{}'.format(self._testMethodName, name), kind, queue_size=1000)
-        self.addCleanup(publisher.unregister)
-        return publisher
 
     def teach(self, target, by, *arguments):
         started = Teach(
@@ -92,10 +85,6 @@ class Numbers(unittest.TestCase):
 
     def joints(self, after=PERIOD, **positions):
         return self.stamped(JointState(name=list(positions), position=list(positions.values())), after)
-
-    def play(self, publisher, *messages):
-        for message in messages:
-            publisher.publish(message)
 
     def hold(self, teaching, publisher, make, times=1):
         """Have a device send the same place until the hand holds."""

@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import unittest
 
 import rosbag
 import rospkg
@@ -20,7 +19,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from support.processes import Node, wait_until
 from support.shell import failure, lines, rosslt
-from support.teaching import Teach
+from support.teaching import Teach, WithDevices
 
 STAGE = """
     from rosslt import math
@@ -61,7 +60,7 @@ def value(name):
     return float(rosslt('get', '/stage/' + name).stdout)
 
 
-class Teaching(unittest.TestCase):
+class Teaching(WithDevices):
     @classmethod
     def setUpClass(cls):
         cls.stage = Node('stage', STAGE)
@@ -80,18 +79,6 @@ class Teaching(unittest.TestCase):
         """Have a device, the publisher of a topic, move a thing; the process that does."""
         return self.start(publisher, shutil.which('rosslt'), 'teach', *arguments)
 
-    def start(self, publisher, *command):
-        started = Teach(*command, '--by', publisher.name, '--wait', '60')
-        self.addCleanup(started.process.kill)
-        wait_until(publisher.get_num_connections, lambda: 'it hears the device: ' + str(started.process.poll()))
-        return started
-
-    def device(self, kind, name='device'):
-        """The publisher of a device, on a topic that no test has but this one."""
-        publisher = rospy.Publisher('/{}/{}'.format(self._testMethodName, name), kind, queue_size=1000)
-        self.addCleanup(publisher.unregister)
-        return publisher
-
     def joystick(self):
         return self.device(Joy)
 
@@ -101,10 +88,6 @@ class Teaching(unittest.TestCase):
         message = Joy(axes=[x, y, 0.0], buttons=[int(held)])
         message.header.stamp = rospy.Time.from_sec(self.now)
         return message
-
-    def play(self, publisher, *messages):
-        for message in messages:
-            publisher.publish(message)
 
     def expect(self, name, expected):
         wait_until(

@@ -129,7 +129,7 @@ class Parameters:
     def tell_lost(self, locations: Iterable[Location]) -> None:
         """Say of parameters that an earlier run has changed that they have been set to something else since."""
         for location in locations:
-            left = self._set_parameters.pop(location.name, None)
+            left = self._set_parameters.get(location.name)
             if left is None or is_sent_alike(left, location.value):
                 continue
             rospy.logwarn(
@@ -327,7 +327,7 @@ class Parameters:
                 self._set_parameters[one.name] = one.value
         if has_read:
             pairs += self._write_read()
-            pairs.append((f'{self._node}/{RECORDS}/{SET_PARAMETERS}', json.dumps(self._set_parameters)))
+            pairs.append((f'{self._node}/{RECORDS}/{SET_PARAMETERS}', json.dumps(dict(self._set_parameters))))
         with self._owner.lock:
             last_request = self._owner.history.last()
         if last_request != self.last_request:
