@@ -66,12 +66,10 @@ def write_diff(diff: str) -> None:
 
 def write_row(*cells: object) -> None:
     """Print one line with tabs between its cells; a tab or a line break within one would begin another."""
-    print(
-        '\t'.join(
-            str(cell).replace('\\', r'\\').replace('\t', r'\t').replace('\n', r'\n').replace('\r', r'\r')
-            for cell in cells
-        )
+    row = '\t'.join(
+        str(cell).replace('\\', r'\\').replace('\t', r'\t').replace('\n', r'\n').replace('\r', r'\r') for cell in cells
     )
+    sys.stdout.write(row + '\n')  # at once: Ctrl-C may come between a row and its end
 
 
 def write_text(path: str, text: str) -> None:
