@@ -63,6 +63,9 @@ class Known:
     def fixed(self, _sources):
         return ()
 
+    def name(self, _source):
+        return 'a name'
+
     def one(self, _source):
         return 'a source'
 
