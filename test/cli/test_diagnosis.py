@@ -9,7 +9,7 @@ import pytest
 import rosgraph
 
 from support.masters import reached_master
-from support.processes import Node, wait_until
+from support.processes import Node, is_published, wait_until
 from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
@@ -99,6 +99,7 @@ class TestSimulatedTime:
                 time.sleep(0.05)
             """,
         ) as node:
+            wait_until(lambda: is_published('/clock'), 'the clock runs')
             master.setParam('/use_sim_time', True)
             yield node
             master.deleteParam('/use_sim_time')
@@ -135,6 +136,7 @@ class TestDoctor:
                 rate.sleep()
             """
         with Node('quiet', code) as quiet:  # at which no other test looks
+            wait_until(lambda: is_published('/beat'), 'it publishes')
             for _ in range(2):  # the warning of the first look has come when the second one ends
                 findings('/beat')
             assert 'connection failed' not in quiet.logged()

@@ -166,7 +166,7 @@ class TestSharedParameter:
             for node in ('/first_reader', '/second_reader'):
                 wait_until(lambda node=node: '/shared/gain' in rosslt('list', node).stdout, 'it is read')
             yield first
-            rosslt('unlock', '/first_reader')
+            wait_until(lambda: rosslt('unlock', '/first_reader').returncode == 0, 'one that starts again is there')
 
     @pytest.mark.parametrize('locked', ['/first_reader', '/first_reader//shared/gain'])
     def test_a_lock_in_one_reader_refuses_a_change_by_way_of_another(self, readers, locked, master):

@@ -144,8 +144,8 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         assert node.process.wait(30) == 1
         node.start()
         assert node.read_line() == 'ready'
+        wait_until(lambda: rosslt('get', '/stopping/other').stdout == '3.0\n', 'it goes round with it')
         assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
-        assert rosslt('get', '/stopping/other').stdout == '3.0\n'
 
 
 def test_what_else_is_taken_back_with_a_change_is_named(master):
@@ -159,7 +159,7 @@ def test_what_else_is_taken_back_with_a_change_is_named(master):
         assert node.process.wait(30) == 1
         node.start()
         assert node.read_line() == 'ready'
-        assert rosslt('get', '/ceasing/other').stdout == '3.0\n'
+        wait_until(lambda: rosslt('get', '/ceasing/other').stdout == '3.0\n', 'it goes round with it')
 
 
 def test_two_changes_of_a_main_program_that_waits_for_long(master):

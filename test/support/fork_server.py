@@ -1,15 +1,16 @@
-"""Python programs, each in a fork of a process that has loaded Python and rospy, and nothing of rosslt.
+"""Python programs, each in a fork of a process that has loaded Python, rospy and the package.
 
-Starting Python and loading rospy and NumPy is most of what a call of the command takes, or a small node, and the same
-for each. A fork loads what it needs of the package itself. It has the arguments, environment and folder of the caller,
-the descriptors, threads and signals of a process that was just started, and ends as Python ends. What is different: a
-traceback begins with lines of this file; all forks of a process share its seed of hashes.
+Loading them is most of what a call of the command takes, or a small node, and the same for each. A fork has the
+arguments, environment and folder of the caller, the descriptors, threads and signals of a process that was just
+started, and ends as Python ends. What is different: a traceback begins with lines of this file; all forks of a process
+share its seed of hashes.
 
 Python 3.8 cannot hand descriptors to another process: there, each program is started.
 """
 
 import contextlib
 import functools
+import gc
 import importlib
 import json
 import os
@@ -20,9 +21,10 @@ import sys
 import tempfile
 import types
 
-#: What is loaded before the forks: what a verb needs that asks a node, but for the package.
+#: What is loaded before the forks.
 LOADED = (
     *('argparse', 'difflib', 'fractions', 'genpy.dynamic', 'geometry_msgs.msg', 'numpy', 'rosbag', 'rosgraph', 'rospy'),
+    *('rosslt.cli.directory', 'rosslt.markers', 'rosslt.msg', 'rosslt.node', 'rosslt.srv'),
     *('std_srvs.srv', 'uuid', 'visualization_msgs.msg', 'yaml'),
 )
 #: Read where they are needed, never while Python starts or the modules above are loaded.
@@ -158,8 +160,13 @@ def _server(environment):
 def serve(control):
     """Fork for each request until nobody can send one any more; in a fork, become the program."""
     del sys.argv[1:]  # what is loaded may look at these
+    found_in = list(sys.path)
     for name in LOADED:
         importlib.import_module(name)
+    sys.path[:] = found_in  # which the package extends in the space it is built in
+    # a collection in a fork, as at its end, would write to each loaded object, and so copy all memory
+    gc.collect()
+    gc.freeze()
     while True:
         request, descriptors, _, _ = socket.recv_fds(control, LARGEST, 4)
         if not request:

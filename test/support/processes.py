@@ -131,7 +131,13 @@ class Node:
         return self
 
     def __exit__(self, *_):
-        self.stop()
+        if self.stop() != 0:
+            forget_node(self.name)
+
+
+def is_published(topic):
+    """Whether the master knows a node that publishes the topic, by its full name."""
+    return topic in dict(rosgraph.Master('/test').getPublishedTopics(''))
 
 
 class PortTaken(Exception):

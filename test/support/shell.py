@@ -18,10 +18,10 @@ TIME_LIMIT = 120  # seconds, on a busy machine
 def rosslt(*arguments, **environment):
     """Run the command without a terminal; returns the CompletedProcess.
 
-    Most calls are forks, which take a third of the CPU time. The real command is started where the fork of a process
-    that has loaded rospy would show less: with further environment variables, which Python and rospy may read when they
-    are loaded; for `rosslt run`, whose node comes before all else in its process; on a terminal (`on_terminal`). The
-    tests of completion and of live pages start it, too.
+    Most calls are forks, which take a quarter of the CPU time. The real command is started where a fork of a process
+    that has loaded the package would show less: with further environment variables, which Python and rospy may read
+    when they are loaded; for `rosslt run`, whose node comes before all else in its process; on a terminal
+    (`on_terminal`). The tests of completion and of live pages start it, too.
 
     Args:
         environment: further environment variables.

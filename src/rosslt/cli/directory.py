@@ -224,7 +224,10 @@ def find_in_row(master: rosgraph.Master, directory: Directory, text: str) -> Tup
     rows = {place.location.row for place in begun}
     is_known = any(place.local_name == wanted for place in places)
     is_row = not is_known and len(rows) == 1 and '' not in rows
-    place = begun[0] if is_row else find(master, directory, text)
+    if is_row:
+        place = min(begun, key=lambda one: (one.location.line, one.location.column))
+    else:
+        place = find(master, directory, text)
     return place, node.in_row(place, places)
 
 
