@@ -369,6 +369,7 @@ class TestDoctor:
                 rate.sleep()
             """
         with Node('writer', writer):
+            wait_until(lambda: is_published('/note'), 'it publishes')
             text = ('note', 'text cannot be forced: it has no source, as /writer sends it')
             wait_until(lambda: text in findings('/note/text')[0], text[1])
             assert text not in findings('/note/scale')[0]

@@ -111,7 +111,7 @@ def test_settings_that_are_deleted_with_all_parameters_of_a_node_hold_no_longer(
 @pytest.mark.parametrize('text', ['a\x01b', '\ufffe'], ids=['control', 'none'])
 def test_a_text_that_no_parameter_can_hold_is_shown_as_json_and_outlives_a_restart(master, text):
     with Node('owner', OWNER) as owner:
-        assert rosslt('set', '/owner/frame', text).returncode == 0
+        wait_until(lambda: rosslt('set', '/owner/frame', text).returncode == 0, 'it is there')
         assert rosslt('get', '/owner/frame').stdout == text + '\n'
         assert rosslt('set', '/owner/gain', '7').returncode == 0
         server = xmlrpc.client.ServerProxy(master.uri)
