@@ -356,7 +356,7 @@ def test_frames_of_both_broadcasters_follow(run):
     def take(message):
         seen.update((transform.child_frame_id, transform.transform) for transform in message.transforms)
 
-    subscriber = rosslt.Subscriber('/tf', TFMessage, take)
+    subscriber = rosslt.Subscriber('/tf', TFMessage, take, keep_provenance=True)
     with run(FRAMES, 'frames'):
         wait_until(lambda: {'old', 'new'} <= set(seen), 'both frames come')
         node.force_value(seen['new'].translation.x, 2.0)
