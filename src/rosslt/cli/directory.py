@@ -41,8 +41,11 @@ def call(master: rosgraph.Master, name: str, service: str, service_class: object
 
 def change(
     master: rosgraph.Master, directory: Directory, requester: str, wanted: Mapping[values.Source, Scalar]
-) -> Dict[values.Source, node.Change]:
-    """Change sources, all or none; returns {Source: Change(old, new)}.
+) -> Tuple[Dict[values.Source, node.Change], str]:
+    """Change sources, all or none.
+
+    Returns:
+        ({Source: Change(old, new)}, what still holds results of the former values, as a sentence).
 
     Raises:
         Failure: a node refuses, does not answer, has taken the change back, as it has raised an exception, or does not
@@ -56,13 +59,13 @@ def change(
         raise Failure('; '.join(reasons)) from None
     except node.SourceUnreachable as error:
         raise cannot_reach(master, *next(iter(error.silent.items()))) from None
-    raised, silent = node.raised_after(request_id, {source.node for source in changed}, TIMEOUT)
-    told = [f'{name} raises {what}; taken back' for name, what in raised.items()]
-    for name, reason in silent.items():
+    after = node.aftermath(request_id, {source.node for source in changed}, TIMEOUT)
+    told = [f'{name} raises {what}; taken back' for name, what in after.raised.items()]
+    for name, reason in after.silent.items():
         told.append(f'{name} has taken the change, and does not answer since: {problem_of(master, name) or reason}')
     if told:
         raise Failure('; '.join(told))
-    return changed
+    return changed, node.told_outdated(after.outdated)
 
 
 def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:

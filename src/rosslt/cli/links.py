@@ -124,7 +124,7 @@ def find_link(types: Mapping[str, str], link: str, base: str) -> Link:
     """Find the robot that has a link.
 
     Args:
-        types: {topic: type of its messages}.
+        types: {published topic: type of its messages}.
         link: its name.
         base: the link that its pose is told in; '' for the one that the robot stands on.
 

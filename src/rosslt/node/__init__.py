@@ -27,6 +27,7 @@ from rosslt.node.api import (
     reread,
     start,
 )
+from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.change_request import ChangeRequest, Shown
 from rosslt.node.change.client import (
     Change,
@@ -34,10 +35,11 @@ from rosslt.node.change.client import (
     Requester,
     SourceUnreachable,
     Undone,
+    aftermath,
     force_value,
-    raised_after,
     reevaluate,
     request_values,
+    told_outdated,
     undo,
     undo_request,
 )

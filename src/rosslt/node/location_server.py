@@ -38,6 +38,7 @@ from rosslt.node.locations.location import (
 from rosslt.node.locations.report import all_described, described
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
+from rosslt.node.memory.outdated import outdated
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.rounds import watch_round
 from rosslt.node.parameters.mirror import Parameters
@@ -297,8 +298,7 @@ class Owner:
         return set(states) == {APPLIED}
 
     def _wait_until_asked(self, requests: Sequence[Request]) -> None:
-        """Wait, for AWAITED at most, until those who made requests in the last moment know what became of them: the
-        process ends."""
+        """The process ends: wait, for AWAITED at most, until those who made the last requests know their outcome."""
         start = time.monotonic()
         awaited = [one for one in requests if one.asked_in or one.at > start - AWAITED]
         with self._asked:
@@ -311,15 +311,15 @@ class Owner:
         the main program has gone round its loop; the reason is the exception that one has raised."""
         request = self.history.last_part(request_id)
         if request is None:
-            return srv.ChangeSourcesResponse(UNKNOWN, ['this node does not know the request'], [])
+            return srv.ChangeSourcesResponse(state=UNKNOWN, reasons=['this node does not know the request'])
         with self._asked:
             request.asked_in = threading.current_thread()
             self._asked.notify_all()
         with watch_round(self._calls.look_again) as main:
             self._calls.wait_since(request.at, lambda: request.undone, lambda: main.is_over and not self.main_ends)
         if request.undone and request.raised:
-            return srv.ChangeSourcesResponse(ABORTED, [request.raised], [])
-        return srv.ChangeSourcesResponse(APPLIED, [], [])
+            return srv.ChangeSourcesResponse(state=ABORTED, reasons=[request.raised])
+        return srv.ChangeSourcesResponse(state=APPLIED, outdated=outdated(request.present()))
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
         """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""

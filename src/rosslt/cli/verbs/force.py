@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> None:
     if options.base and not options.frame:
         raise Misused('--in is for --frame')
     master, directory = find_master(), Directory()
-    link = _link(dict(master.getTopicTypes()), options) if options.frame else None
+    link = _link(dict(master.getPublishedTopics('/')), options) if options.frame else None
     topic, _, field = (link.topic, '', options.field) if link else split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
     with listener(topic, is_exact=True) as messages, node.NodeErrors() as errors:

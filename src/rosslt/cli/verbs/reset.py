@@ -37,11 +37,13 @@ def run(options: argparse.Namespace) -> None:
     else:
         places = locations_of(master, directory, name)
     staying = [place.name for place in places if not place.location.literal and not place.location.read_only]
-    changed = change(master, directory, 'rosslt reset', node.values_in_code(places))
+    changed, outdated = change(master, directory, 'rosslt reset', node.values_in_code(places))
     for source, (old, new) in changed.items():
         write_change(directory, source, node.to_json(old), node.to_json(new))
     if not changed:
         write_note('reset', 'nothing to change: it is as the code says')
+    if outdated:
+        write_note('reset', outdated)
     if staying:
         note = 'what is no literal has no value in the code, and stays as it is; `rosslt log` has earlier values'
         write_note('reset', f'{few(staying)}: {note}')

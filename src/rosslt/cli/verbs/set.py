@@ -35,7 +35,8 @@ def run(options: argparse.Namespace) -> None:
     except ValueError as error:
         why = node.why_whole(place) if parses_as_float(options.value) else ''
         raise Failure('; '.join(filter(None, [f'{place.name}: {error}', why]))) from None
-    ((old, new),) = change(master, directory, 'rosslt set', {place.source: value}).values()
+    changed, outdated = change(master, directory, 'rosslt set', {place.source: value})
+    ((old, new),) = changed.values()
     write_change(directory, place.source, node.to_json(old), node.to_json(new))
     with contextlib.suppress(Failure):  # the node has ended
         # An array may have come to wait for its length by this change, or have ceased to.
@@ -44,3 +45,5 @@ def run(options: argparse.Namespace) -> None:
         print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)
     elif place.location.plain_copies:
         print(f'rosslt set: {place.location.plain_copies}; what else uses it follows', file=sys.stderr)
+    if outdated:
+        print(f'rosslt set: {outdated}', file=sys.stderr)

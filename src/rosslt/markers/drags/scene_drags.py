@@ -8,6 +8,7 @@ The scene is called with the lock of the drags held, but never calls back, so th
 
 import collections
 import contextlib
+import functools
 import threading
 import time
 import traceback
@@ -85,6 +86,7 @@ class Drags:
         self._wake = threading.Condition()
         self.chosen: Dict[str, Tuple[values.Source, ...]] = {}
         self._past: Dict[str, List[node.ChangeRequest]] = {}  # of the drags of each handle, by its name
+        self._background = node.Callbacks('after drops')
         threading.Thread(target=self._work, name='drags', daemon=True).start()
 
     def chosen_for(self, handle: Handle) -> Tuple[values.Source, ...]:
@@ -235,6 +237,14 @@ class Drags:
             if drag.refusal:
                 parts.append(wording.refusal(drag.refusal))
             self._scene.say(drag.handle, '; '.join([*parts, self._take_back(drag)]))
+        else:
+            self._background.call_soon(functools.partial(self._say_outdated, drag))
+
+    def _say_outdated(self, drag: Drag) -> None:
+        """Say what a drag does not reach although its thing has followed: a target, say, that its node has read."""
+        told = drag.request.outdated()
+        if told:
+            self._scene.say(drag.handle, told)
 
     def _why_raised(self, drag: Drag) -> str:
         """The error that a drag has made the publisher, or a node with a changed source, raise; '' for none."""

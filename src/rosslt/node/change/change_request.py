@@ -12,7 +12,7 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Set
 import rospy
 
 from rosslt import messages, values
-from rosslt.node.change.client import Asker, Change, raised_after, reevaluate, request_values, undo_request
+from rosslt.node.change.client import Asker, Change, aftermath, reevaluate, request_values, told_outdated, undo_request
 from rosslt.node.change.history import new_request_id
 from rosslt.values import Source
 
@@ -120,8 +120,12 @@ class ChangeRequest:
         Args:
             logged: what the log says of it, as `NodeErrors` has it; returned if no owner has taken anything back.
         """
-        told, _ = raised_after(self.id, self.nodes, self._timeout)
+        told = aftermath(self.id, self.nodes, self._timeout).raised
         return '; '.join(f'{node} raises {what}' for node, what in told.items()) or logged
+
+    def outdated(self) -> str:
+        """What in the owners' memory still holds results of the former values, as a sentence; '' if nothing does."""
+        return told_outdated(aftermath(self.id, self.nodes, self._timeout).outdated)
 
     def take_back(self) -> str:
         """Give all sources the values that they had before; the reason if that is not done, else ''."""

@@ -19,7 +19,6 @@ from typing import (
     Optional,
     Protocol,
     Sequence,
-    Tuple,
     TypeVar,
 )
 
@@ -362,7 +361,21 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     return Undone(outcome.changes, reasons)
 
 
-def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Tuple[Dict[str, str], Dict[str, str]]:
+class Aftermath(NamedTuple):
+    """What became of a request.
+
+    Attributes:
+        raised: {node: the exception with which it has taken the change back}.
+        silent: {node: why it does not answer}.
+        outdated: {node: what in its memory still holds results of the former values}, of nodes that have some.
+    """
+
+    raised: Dict[str, str]
+    silent: Dict[str, str]
+    outdated: Dict[str, List[str]]
+
+
+def aftermath(request_id: str, nodes: Iterable[str], timeout: float) -> Aftermath:
     """Ask nodes what became of a request that has changed them; waits for a round of the main program, and for the
     callbacks that are called often.
 
@@ -370,14 +383,25 @@ def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Tuple
         request_id: that of the request.
         nodes: their full names.
         timeout: for their answers once the wait is over, in seconds.
-
-    Returns:
-        ({node: the exception with which it has taken the change back}, {node: why it does not answer}).
     """
     question = srv.ChangeSourcesRequest(request_id=request_id, phase=ASK)
     answers, silent = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), AWAITED + timeout)
     raised = {node: '; '.join(answer.reasons) for node, answer in answers.items() if answer.state == ABORTED}
-    return raised, silent
+    outdated = {node: answer.outdated for node, answer in answers.items() if answer.outdated}
+    return Aftermath(raised, silent, outdated)
+
+
+def told_outdated(outdated: Mapping[str, Sequence[str]]) -> str:
+    """Say what still holds results of former values; '' if nothing does.
+
+    Args:
+        outdated: {node: what holds them}.
+    """
+    return '; '.join(
+        f'{" and ".join(names)} of {node} still {"hold" if names[1:] else "holds"} what was made of the former value, '
+        'until the node makes it again'
+        for node, names in outdated.items()
+    )
 
 
 def _refusal(reasons: Dict[values.Source, str]) -> str:

@@ -139,12 +139,12 @@ class CommitParticipant:
                 reasons = self._decided(change, request.phase)
             else:
                 reason = 'this node does not know the change: it was restarted since'
-                return srv.ChangeSourcesResponse(UNKNOWN, [reason], [])
+                return srv.ChangeSourcesResponse(state=UNKNOWN, reasons=[reason])
             written = self._owner.follow([location for location, _ in change.wanted])
             changes = [applied_change(rospy.Time.now(), *one, change.requester) for one in change.changes]
         if request.phase in (AT_ONCE, COMMIT, ABORT):
             self._owner.wait_for_parameters(written)
-        return srv.ChangeSourcesResponse(change.state, reasons, changes)
+        return srv.ChangeSourcesResponse(state=change.state, reasons=reasons, changes=changes)
 
     def _prepared(self, request: srv.ChangeSourcesRequest) -> _Transaction:
         """The transaction of a request: prepared, or refused."""

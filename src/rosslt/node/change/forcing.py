@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
         rounds: how many times it was solved.
         messages: how many messages of the publisher came after the first change, up to the one that was seen.
         milliseconds: from the first request to that message.
-        reason: why it was not reached, as far as known; '' if it was.
+        reason: why it was not reached, as far as known; if it was, what still holds former results, or ''.
         is_taken_back: whether all changes have been taken back.
         is_near: whether messages have the wanted value to a relative 1e-6 only, and come no nearer.
     """
@@ -283,7 +283,7 @@ class Forcing:
             elif latest is not None:
                 self._take(latest)
         if loop.is_reached and self._is_kept():
-            return self._outcome(is_reached=True)
+            return self._outcome(is_reached=True, reason=self._request.outdated())
         if self._is_latched and self._is_awaited():
             names = ' and '.join(map(self._name, self._request.after))
             return self._outcome(

@@ -1,5 +1,6 @@
 """The history of this node: who changed what, when, and from what; and how it is taken back."""
 
+import contextlib
 import json
 import threading
 import time
@@ -9,7 +10,7 @@ from typing import Any, Deque, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import rospy
 
-from rosslt import msg
+from rosslt import msg, values
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Change, HeldLocation, Location
@@ -54,6 +55,14 @@ class Request:
         self.undone = False
         self.raised = ''
         self.asked_in: Optional[threading.Thread] = None
+
+    def present(self) -> Dict[values.Source, Scalar]:
+        """{source: its value now} of the locations that it has changed, without those that have none."""
+        found = {}
+        for location in list(self.changes):
+            with contextlib.suppress(Refused):
+                found[location.source] = location.value
+        return found
 
 
 class History:
