@@ -5,7 +5,7 @@ import contextlib
 import pytest
 import rospy
 from geometry_msgs.msg import Point
-from std_msgs.msg import Empty
+from std_msgs.msg import Int32
 
 from support.processes import is_published, wait_until
 from support.shell import rosslt
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.rostest
 
 PATROL = """import rospy
 from geometry_msgs.msg import Point
-from std_msgs.msg import Empty
+from std_msgs.msg import Int32
 from visualization_msgs.msg import Marker
 
 HEIGHT = 0.25
@@ -24,17 +24,17 @@ WAYPOINTS = [(0.0, 0.5), (1.5, 2.5), (3.0, 4.5)]
 
 class Leg:
     def __init__(self, index):
-        self.itself, self.index = self, index  # until garbage is collected
+        self.itself = self  # until garbage is collected
         self.end = WAYPOINTS[index]
 
 
 class Robot:
     def __init__(self):
         self.leg = None
-        rospy.Subscriber('next', Empty, self.go_on)
+        rospy.Subscriber('next', Int32, self.go_on)
 
-    def go_on(self, _):
-        self.leg = Leg((self.leg.index + 1) % len(WAYPOINTS))
+    def go_on(self, index):
+        self.leg = Leg(index.data)
 
 
 rospy.init_node('patrol')
@@ -87,8 +87,8 @@ def test_what_is_made_again_is_not_named(master, tmp_path):
 
 def test_what_nothing_refers_to_any_more_is_not_named(hearing, tmp_path):
     with patrolling(tmp_path):
-        following, goals = rospy.Publisher('/next', Empty, queue_size=1, latch=True), hearing('/goal', Point)
-        following.publish()
+        following, goals = rospy.Publisher('/next', Int32, queue_size=1, latch=True), hearing('/goal', Point)
+        following.publish(2)
         goals.next(lambda goal: goal.x == 3.0)
         following.unregister()
         assert told('set', '/patrol/WAYPOINTS_1_0', '2.0') == ''
