@@ -31,7 +31,7 @@ def outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
 
 
 def _outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
-    walk = Walk()
+    walk = Walk(has_sent=False)
     held: List[Tuple[str, Any]] = [(_name_of(slot), slot.value) for slot in walk.slots]
     numbers = numbers_in([value for _, value in held])
     referred = [(reference(), noted) for reference, noted in walk.arrays]

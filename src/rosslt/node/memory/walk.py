@@ -55,6 +55,9 @@ class Slot:
 class Walk:
     """A walk over all that is the node's own.
 
+    Args:
+        has_sent: look also into messages that nothing of the node's own refers to: latched ones, those on their way.
+
     Attributes:
         slots: the places that hold something tracked.
         arrays: weak references to the arrays that do, each with what it holds.
@@ -62,7 +65,8 @@ class Walk:
         holders: what the node's own things refer to, is not looked into, and is made of tracked numbers.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, has_sent: bool = True) -> None:
+        self._has_sent = has_sent
         self.slots: List[Slot] = []
         self.arrays: List[Tuple[Reference, Any]] = []
         self.frames: Dict[int, types.FrameType] = {}
@@ -104,7 +108,8 @@ class Walk:
 
     def _may_be_root(self, kind: type) -> bool:
         is_code = kind is types.FunctionType or any(kind is one for one in _FRAMES)
-        return is_code or issubclass(kind, type) or self._is_of_own_class(kind)
+        is_left = issubclass(kind, genpy.Message) and not self._has_sent
+        return is_code or issubclass(kind, type) or (self._is_of_own_class(kind) and not is_left)
 
     def _is_root(self, thing: Any) -> bool:
         kind = type(thing)
