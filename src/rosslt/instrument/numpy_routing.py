@@ -24,7 +24,7 @@ def _unrecorded(name: str, error: Exception) -> None:
     """A call of NumPy could not be recorded: `doctor` names the line, and rosout the error, once for each kind."""
     if (name, type(error)) not in _told:
         _told.add((name, type(error)))
-        rospy.logwarn('rosslt does not track a result of numpy.%s: %s: %s', name, type(error).__name__, error)
+        rospy.logwarn('rosslt does not track a result of %s: %s: %s', name, type(error).__name__, error)
     if LOSSES.is_watched:
         LOSSES.note(sys._getframe(1))
 

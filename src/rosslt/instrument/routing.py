@@ -92,9 +92,22 @@ def _make_counterparts(imported: str) -> None:
             module = sys.modules[name]
             counterpart = _LATE.pop(name)(module)
             replace(module, counterpart)
-            package, _, last = name.rpartition('.')
-            if package and id(sys.modules[package]) not in _counterparts:
-                replace(sys.modules[package], Counterpart(sys.modules[package], {last: counterpart}))
+            _show_in_package(name, counterpart)
+
+
+def _show_in_package(name: str, counterpart: Any) -> None:
+    """Have the package of a module, and those that this is in, show its counterpart."""
+    package, _, last = name.rpartition('.')
+    while package:
+        original = sys.modules[package]
+        shown = _counterparts.get(id(original))
+        if shown is None:
+            shown = Counterpart(original, {last: counterpart})
+            replace(original, shown)
+        else:
+            vars(shown)[last] = counterpart  # and not the package itself
+        counterpart = shown
+        package, _, last = package.rpartition('.')
 
 
 def route_all(names: Dict[str, object], origin: str = '') -> None:

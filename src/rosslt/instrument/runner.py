@@ -71,13 +71,14 @@ def is_python_node(path: str) -> bool:
     return _script(path)[1] is not None
 
 
-def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> None:
+def run_file(path: str, arguments: List[str], include: Collection[str] = (), pure: Collection[str] = ()) -> None:
     """Run a node in this process, which becomes its own; its exceptions pass through.
 
     Args:
         path: of the file. A program that this Python cannot run replaces this process, untracked.
         arguments: of the node.
         include: names of modules to track beside the user's own.
+        pure: `MODULE.NAME` of functions and classes that compute from their arguments alone.
     """
     script, content = _script(path)
     if content is None:
@@ -101,7 +102,7 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
             code = compile(content, script, 'exec', dont_inherit=True)
         else:
             code = made.code
-            _set_up()
+            _set_up(pure)
             prepare(main.__dict__, made, script)
             sys.meta_path.insert(0, OwnModules(sys.path[0], include))
             # All objects loaded so far stay. The collector would visit them again and again, for 20 ms at a time.
@@ -112,11 +113,13 @@ def run_file(path: str, arguments: List[str], include: Collection[str] = ()) -> 
         raise
 
 
-def _set_up() -> None:
+def _set_up(pure: Collection[str]) -> None:
     from rosslt.instrument import budget, exact_classes, functions, losses, warning_lines
+    from rosslt.instrument.pure import keep_provenance
 
     exact_classes.give_plain_ones()
     functions.show_numbers_as_plain()
+    keep_provenance(pure)
     warning_lines.name_lines_of_node(_OURS)
     losses.LOSSES.watch_start()
     budget.BUDGET.begin()

@@ -19,6 +19,14 @@ example:
   rosslt run ./patrol.py _speed:=0.3
   <node pkg="turtle_tf2" type="dynamic_tf2_broadcaster.py" name="frame" launch-prefix="rosslt run"/>
 """
+
+
+def _name_in_module(argument: str) -> str:
+    if not all(part.isidentifier() for part in argument.split('.')) or '.' not in argument:
+        raise argparse.ArgumentTypeError(f'{argument!r} is not the name of a function or class in a module')
+    return argument
+
+
 ARGUMENTS = [
     Argument(
         '--include',
@@ -27,6 +35,15 @@ ARGUMENTS = [
         metavar='MODULE',
         help='track this module too, and those below it; by default those beside the script and those of catkin '
         'workspaces are',
+    ),
+    Argument(
+        '--pure',
+        action='append',
+        default=[],
+        type=_name_in_module,
+        metavar='MODULE.NAME',
+        help='record calls of this function of another library, or of the methods of this class: their results follow '
+        'from their arguments alone',
     ),
     Argument('node', nargs=argparse.REMAINDER, metavar='PACKAGE NODE | FILE', help='and the arguments of the node'),
 ]
@@ -53,5 +70,5 @@ def run(options: argparse.Namespace) -> int:
     except instrument.NoNode as error:
         print(f'rosslt run: {error}{did_you_mean(error.wanted, error.known)}', file=sys.stderr)
         return 1
-    instrument.run_file(first, rest, options.include)
+    instrument.run_file(first, rest, options.include, options.pure)
     return 0

@@ -177,9 +177,7 @@ class Memory:
             for number, array, pairs in following.arrays:
                 reference, noted = self._arrays[number]
                 unwritten = {at for at, _ in _unwritten(array, noted)}
-                for at, value in pairs:
-                    if at in unwritten:
-                        array[at] = value
+                array.follow([(at, value) for at, value in pairs if at in unwritten])
                 self._arrays[number] = reference, values.numpy_arrays().Noted(array)
                 owners.add(id(array))
         self.changed(owners)

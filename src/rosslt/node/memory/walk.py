@@ -157,6 +157,8 @@ class Walk:
             yield self._look_into_tracked_array
         elif ('numpy', 'ndarray') in names:
             yield self._look_into_array
+        if any('numbers_with_provenance' in _names_of(base) for base in _bases_of(kind)):
+            yield self._look_into_numbers_of
         if self._is_of_own_class(kind) or any(name in names for name in _NAMESPACES):
             yield self._look_at_attributes(kind)
 
@@ -211,6 +213,9 @@ class Walk:
     def _look_into_tracked_array(self, thing: Any) -> None:
         if thing.has_provenance is True and thing.flags.writeable:
             self.arrays.append((weakref.ref(thing), values.numpy_arrays().Noted(thing)))
+
+    def _look_into_numbers_of(self, thing: Any) -> None:
+        self._waiting.append(getattr(thing, 'numbers_with_provenance', None))  # those of a subclass have none
 
     def _look_into_array(self, thing: Any) -> None:
         if thing.dtype.char == 'O':

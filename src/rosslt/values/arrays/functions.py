@@ -22,7 +22,7 @@ class _Builtin(functools.partial):
         return getattr(self.__dict__['__wrapped__'], name)
 
 
-def _replacing(original: Any) -> Callable[[Callable[..., Any]], Any]:
+def replacing(original: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a replacement so that, as a class attribute, it becomes a method only if the original does."""
     wrap = functools.wraps(original, updated=())
     return wrap if isinstance(original, types.FunctionType) else lambda function: wrap(_Builtin(function))
@@ -32,7 +32,7 @@ def _noticing(function: Any) -> Any:
     """A function of NumPy that keeps provenance, whatever it is given; with plain arguments it is called as it is."""
     is_receptive = function in RECEPTIVE
 
-    @_replacing(function)
+    @replacing(function)
     def noticing(*arguments: Argument, **options: Argument) -> Any:
         for one in (*arguments, *options.values()) if options else arguments:
             if holds_tracked(one):
@@ -57,7 +57,7 @@ def _making_array(original: Any) -> Any:
 
     name = 'object' if original is numpy.array else 'a'
 
-    @_replacing(original)
+    @replacing(original)
     def array(*arguments: Any, **options: Any) -> Any:
         if not arguments and name in options:
             arguments = (options.pop(name),)
@@ -91,7 +91,7 @@ def replacements(module: types.ModuleType) -> Dict[str, Any]:
 def _taking_objects(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function that treats arrays of objects as arrays of their elements."""
 
-    @_replacing(function)
+    @replacing(function)
     def called(*arguments: Argument, **options: Argument) -> Any:
         return function(*map(_of_objects, arguments), **{name: _of_objects(one) for name, one in options.items()})
 

@@ -6,7 +6,7 @@ element is looked up when it is read; a number that was written past this class 
 expression, and so is plain.
 """
 
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 import numpy
 
@@ -30,6 +30,8 @@ class TrackedArray(numpy.ndarray):
     _memory: Optional[Memory] = None
     _codes: Any = None
     _is_whole = False
+    #: Called after elements have followed a change of their sources: the object that is made of them follows, too.
+    followed: Optional[Callable[[], None]] = None
 
     def __array_finalize__(self, original: Any) -> None:
         # A masked array of such elements has their attributes, and shows other memory.
@@ -71,6 +73,21 @@ class TrackedArray(numpy.ndarray):
             except Exception as error:  # of whatever type: the program goes on
                 report(self.write_provenance, error)
                 memory.entries.clear()
+
+    def follow(self, pairs: Sequence[Tuple[Tuple[int, ...], Any]]) -> None:
+        """Set elements to the values that they have after a change, all at one moment, recorded in any case.
+
+        Args:
+            pairs: `(index, value)` of each.
+        """
+        numbers = plain(self).copy('K')
+        for at, value in pairs:
+            numbers[at] = plain(value)
+        plain(self)[...] = numbers
+        for at, value in pairs:
+            self.write_provenance(at, provenance_of(value))
+        if self.followed is not None:
+            self.followed()
 
     def write_as(self, write: Callable[[Any, Callable[[Argument], Any]], Any]) -> None:
         """Set the provenance of what was written to some elements in any way: it is written once more, to marks.
