@@ -150,11 +150,3 @@ def test_errors_are_those_of_the_library(turned):
     for wrong in (lambda: turned.apply([1.0, track(2.0, REACH)]), lambda: Rotation.from_euler('q', track(0.3, YAW))):
         with pytest.raises(ValueError, match=r'Expected|axis'):
             wrong()
-
-
-def test_projected_points_keep_provenance():
-    cv2 = pytest.importorskip('cv2')
-    points = arrays.of_list([[0.1, 0.2, track(2.0, REACH)], [0.3, 0.1, 4.0]], float)
-    camera = arrays.plain(arrays.of_list([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]], float))
-    seen, _ = arrays.pure(cv2.projectPoints)(points, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), camera, None)
-    assert evaluate(seen[0, 0, 0], {REACH: 4.0}) == pytest.approx(320.0 + 500.0 * 0.1 / 4.0)

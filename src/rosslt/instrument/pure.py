@@ -11,7 +11,6 @@ from rosslt.instrument import cells, routing
 
 #: What is known to do so, by module.
 TABLE = {
-    'cv2': 'Rodrigues projectPoints',
     'scipy.interpolate': 'splev splprep splrep',
     'scipy.linalg': 'expm inv logm pinv polar solve sqrtm svd',
     'scipy.spatial': 'geometric_slerp',

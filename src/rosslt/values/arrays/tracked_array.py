@@ -75,16 +75,14 @@ class TrackedArray(numpy.ndarray):
                 memory.entries.clear()
 
     def follow(self, pairs: Sequence[Tuple[Tuple[int, ...], Any]]) -> None:
-        """Set elements to the values that they have after a change, all at one moment, recorded in any case.
+        """Set elements to the values that they have after a change, recorded in any case.
 
         Args:
             pairs: `(index, value)` of each.
         """
-        numbers = plain(self).copy('K')
+        numbers = plain(self)
         for at, value in pairs:
             numbers[at] = plain(value)
-        plain(self)[...] = numbers
-        for at, value in pairs:
             self.write_provenance(at, provenance_of(value))
         if self.followed is not None:
             self.followed()
