@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     found = _complete(master, *histories(asked, '', TIMEOUT))
     record = node.last_row_record(asked[0], found.get(asked[0], [])) if options.node else None
     if record is not None:
-        _take_row_back(asked[0], record)
+        _take_row_back(master, asked[0], record)
         return 0
     last = node.last_change(found)
     if last is None:
@@ -63,11 +63,13 @@ def run(options: argparse.Namespace) -> int:
     return 1 if undone.reasons else 0
 
 
-def _take_row_back(name: str, record: node.RowRecord) -> None:
+def _take_row_back(master: rosgraph.Master, name: str, record: node.RowRecord) -> None:
     try:
         node.take_row_back(name, record, TIMEOUT)
     except files.FileError as error:
         raise Failure(f'nothing is taken back: {error}') from None
+    except node.SourceUnreachable as error:
+        raise cannot_reach(master, name, str(error)) from None
     if is_terminal():
         print(f'{record.name}: {record.operation} is undone  [{record.place}]')
     else:
