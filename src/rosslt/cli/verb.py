@@ -102,7 +102,7 @@ def load(name: str) -> Verb:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser to which a word is no option if Python's `float` takes it: that of argparse knows -1 and -.5, and neither
+    """A parser to which a word is no option if `float` takes it: that of argparse knows -1 and -.5, and neither
     -1e-1 nor -inf."""
 
     def _parse_optional(self, arg_string: str) -> Any:
