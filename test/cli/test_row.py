@@ -138,6 +138,28 @@ def test_row_edits_and_values_are_undone_in_their_order(master, tmp_path):
         assert rosslt('undo', '/warden').stdout.startswith('/warden/WAYPOINTS_0_0\t0.75\t0.25\t')
 
 
+def test_a_saved_value_that_is_taken_back_is_said_to_be_in_the_file(master, tmp_path):
+    with patrol(tmp_path, 'clerk') as node:
+
+        def taken_back():
+            undo = rosslt('undo')
+            assert undo.stdout.startswith('/clerk/HEIGHT\t'), undo
+            return undo.stderr
+
+        still = f'rosslt undo: the saved value of HEIGHT still stands in {node.file}; '
+        still += '`rosslt save /clerk` writes the present one\n'
+        assert rosslt('set', '/clerk/HEIGHT', '0.5').returncode == 0
+        assert taken_back() == ''
+        assert rosslt('set', '/clerk/HEIGHT', '0.5').returncode == 0
+        assert rosslt('save', '/clerk').returncode == 0
+        assert rosslt('set', '/clerk/HEIGHT', '0.25').returncode == 0
+        assert taken_back() == ''
+        assert taken_back() == still
+        assert 'HEIGHT = 0.50' in node.file.read_text()
+        assert rosslt('save', '/clerk').returncode == 0
+        assert 'HEIGHT = 0.75' in node.file.read_text()
+
+
 def test_what_an_edit_brought_is_taken_back_in_the_file(master, tmp_path):
     with patrol(tmp_path, 'usher') as node:
         assert rosslt('set', '/usher/HEIGHT', '0.5').returncode == 0
