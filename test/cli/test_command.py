@@ -202,6 +202,7 @@ class TestGetAndSet:
             ('frame', 'map of:=all "rooms"', 'map of:=all "rooms"'),
             ('frame', '1.5', '1.5'),
             ('~parking/0', '-0.25', '-0.25'),
+            ('~parking/0', '-1e-1', '-0.1'),
             ('/height', '0.5', '0.5'),
         ],
     )
@@ -227,6 +228,7 @@ class TestGetAndSet:
             ('radius', '0.1', '/talker refuses: 0.1 is below its minimum 0.5'),
             ('radius', 'far', "/talker/radius: 'far' is not a float"),
             ('radius', 'nan', "/talker/radius: 'nan' is not finite"),
+            ('radius', '-inf', "/talker/radius: '-inf' is not finite"),
             ('count', '1.5', "/talker/count: '1.5' is not an int"),
             ('is/on', '1', "/talker/is/on: '1' is neither true nor false"),
             ('fixed', '2', '/talker refuses: fixed is read-only'),
@@ -374,6 +376,8 @@ class TestForce:
             ('/gate/pose/position', '{x: near}', "x of the value: 'near' is not a float"),
             ('/gate/pose/position', '5', 'must be given as {FIELD: VALUE, ...}'),
             ('/gate/pose/position/x', 'near', "'near' is not a float"),
+            ('/gate/pose/position/x', '-nan', "'-nan' is not finite"),
+            ('/gate/pose/position/x', '-1e-1', 'below its minimum 0.5'),
         ],
     )
     def test_says_why_it_cannot(self, talker, field, value, reason):

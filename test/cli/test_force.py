@@ -164,6 +164,13 @@ class TestWhere:
         short = ('--timeout', '0.5')
         field = '/in_turn/pose/position/x'
         assert 'no such message on /in_turn within' in failure('force', field, '1', '--where', 'id=9', *short)
+        for topic, where, meant in (
+            ('/in_turn/pose/position/x', 'ns=bass,id=1', 'base'),
+            ('/in_one/markers/pose/position/x', 'ns=bass', 'base'),
+            ('/joints/position', 'name=elbo', 'elbow'),
+        ):
+            assert failure('force', topic, '1', '--where', where, *short).endswith(f' others (did you mean {meant}?)')
+        assert failure('force', field, '1', '--where', 'ns=tool,id=1', *short).endswith(' others')
         assert "has no field 'nss'" in failure('force', field, '1', '--where', 'nss=base')
         assert '--where takes FIELD=VALUE' in failure('force', '/in_turn/pose/position/x', '1', '--where', 'base')
 

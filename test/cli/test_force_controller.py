@@ -311,6 +311,16 @@ def test_of_a_table_its_locations_are_meant(sharing, name, meant):
     assert failure('get', f'/sharing/{name}') == said
 
 
+@pytest.mark.parametrize(
+    ('name', 'begun'),
+    [('STOPS', 'STOPS_'), ('STOPS_1', 'STOPS_1_'), ('~shelves', '~shelves/'), ('shelves/1', '~shelves/1/')],
+)
+def test_the_numbers_of_a_table_are_listed_by_its_name(sharing, name, begun):
+    every = [line for line in lines('list', '/sharing', '--all') if line[0].startswith('/sharing/' + begun)]
+    assert len(every) > 1
+    assert lines('list', f'/sharing/{name}') == every
+
+
 def test_what_all_targets_share_changes_where_it_is_said(sharing):
     told = ('--source', 'OFFSET_x', '--source', '/sharing/OFFSET_y')
     both = {'/sharing/OFFSET_x': '1.0', '/sharing/OFFSET_y': '0.75'}

@@ -138,6 +138,28 @@ def test_row_edits_and_values_are_undone_in_their_order(master, tmp_path):
         assert rosslt('undo', '/warden').stdout.startswith('/warden/WAYPOINTS_0_0\t0.75\t0.25\t')
 
 
+def test_a_saved_value_that_is_taken_back_is_said_to_be_in_the_file(master, tmp_path):
+    with patrol(tmp_path, 'clerk') as node:
+
+        def taken_back():
+            undo = rosslt('undo')
+            assert undo.stdout.startswith('/clerk/HEIGHT\t'), undo
+            return undo.stderr
+
+        still = f'rosslt undo: the saved value of HEIGHT still stands in {node.file}; '
+        still += '`rosslt save /clerk` writes the present one\n'
+        assert rosslt('set', '/clerk/HEIGHT', '0.5').returncode == 0
+        assert taken_back() == ''
+        assert rosslt('set', '/clerk/HEIGHT', '0.5').returncode == 0
+        assert rosslt('save', '/clerk').returncode == 0
+        assert rosslt('set', '/clerk/HEIGHT', '0.25').returncode == 0
+        assert taken_back() == ''
+        assert taken_back() == still
+        assert 'HEIGHT = 0.50' in node.file.read_text()
+        assert rosslt('save', '/clerk').returncode == 0
+        assert 'HEIGHT = 0.75' in node.file.read_text()
+
+
 def test_what_an_edit_brought_is_taken_back_in_the_file(master, tmp_path):
     with patrol(tmp_path, 'usher') as node:
         assert rosslt('set', '/usher/HEIGHT', '0.5').returncode == 0
@@ -243,3 +265,42 @@ def test_a_parameter_and_what_a_function_reads_are_refused(nodes):
         ('pin', 'its node reads it by a function'),
     ):
         assert f': {why}' in failure('row', 'delete', f'/talker/{name}')
+
+
+def test_a_lock_refuses_what_edits_rows_before_it_is_written(master, tmp_path):
+    with patrol(tmp_path, 'vault') as node:
+        assert rosslt('row', 'down', '/vault/WAYPOINTS_1').returncode == 0
+        before = node.file.read_text()
+        commands = [('row', operation, '/vault/WAYPOINTS_1_0') for operation in ('duplicate', 'delete', 'up', 'down')]
+        commands.append(('undo', '/vault'))
+        for locked in ('/vault', '/vault/WAYPOINTS_0_1'):
+            assert rosslt('lock', locked, '--reason', 'it runs').returncode == 0
+            why = failure('set', '/vault/WAYPOINTS_0_1', '4').partition(': ')[2]
+            assert why.startswith(f'/vault refuses: {locked} is locked by')
+            for command in commands:
+                assert failure(*command) == f'rosslt {command[0]}: {why}'
+            assert node.file.read_text() == before
+            assert rosslt('unlock', '/vault').returncode == 0
+        assert rosslt('lock', '/vault/HEIGHT').returncode == 0
+        assert rosslt('row', 'up', '/vault/WAYPOINTS_1').returncode == 0
+        assert node.file.read_text() != before
+
+
+def test_it_is_said_that_a_node_does_not_take_its_rows(master, tmp_path):
+    master.setParam('/mule/rosslt/accept_changes_from', ['/planner'])
+    with patrol(tmp_path, 'mule') as node:
+        before = node.file.read_text()
+        moved = rosslt('row', 'down', '/mule/WAYPOINTS_0')
+        untaken = (
+            f'/mule does not take 1.25 from {node.file}:5:6 (WAYPOINTS_0_0 stays 0.25), '
+            f'3.0 from {node.file}:5:12 (WAYPOINTS_0_1 stays 1.0), '
+            f'0.25 from {node.file}:6:6 (WAYPOINTS_1_0 stays 1.25), '
+            f'1.0 from {node.file}:6:12 (WAYPOINTS_1_1 stays 3.0)'
+        )
+        assert moved.stdout == f'/mule/WAYPOINTS_0_0\tdown\t{node.file}:5\n'
+        assert (moved.returncode, moved.stderr) == (1, f'rosslt row: the file is written, but {untaken}\n')
+        for arguments in (('--diff',), ()):
+            assert rosslt('save', '/mule', *arguments).stderr == f'rosslt save: nothing to save, but {untaken}\n'
+        assert rosslt('undo', '/mule').returncode == 0
+        assert node.file.read_text() == before
+        assert rosslt('save', '/mule').stderr == 'rosslt save: nothing to save: all is as the files say\n'

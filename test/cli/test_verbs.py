@@ -57,6 +57,14 @@ def completions(capsys):
     return complete
 
 
+@pytest.mark.parametrize('text', ['-1', '-.5', '-1.', '-1e-1', '-5E+3', '-1_000', '-inf', '-nan'])
+def test_a_negative_number_is_no_option(text):
+    for arguments in (['/talker/radius', text], [text, '/talker/radius']):
+        assert text in vars(verb.parser('set').parse_intermixed_args(arguments)).values()
+    forced = verb.parser('force').parse_intermixed_args(['/place/x', text, '--timeout', text])
+    assert (forced.value, str(forced.timeout)) == (text, str(float(text)))
+
+
 def test_it_runs(greet, capsys):
     assert main(['greet', 'Ada', '--twice']) == 0
     assert capsys.readouterr().out == 'hello Ada\n' * 2

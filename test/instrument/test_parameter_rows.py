@@ -71,6 +71,9 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
         door = '  - {x: 2.0, y: 2}  # the door\n'
         twice = STOPS.replace(door, door * 2)
         assert stops.read_text(encoding='utf-8') == twice
+        assert rosslt('lock', '/tour').returncode == 0
+        assert failure('row', 'up', '/tour/~stops/2').startswith('rosslt row: /tour refuses: /tour is locked by')
+        assert rosslt('unlock', '/tour').returncode == 0
         change('/tour', {ids['~stops/2/x']: 3.5})
         refused = failure('row', 'up', '/tour/~stops/2')
         assert f'{stops}: ~stops/2/x is changed, and not saved: `rosslt save /tour` first' in refused

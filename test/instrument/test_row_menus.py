@@ -79,6 +79,12 @@ def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
         hand.choose('/stops::1', 'Duplicate')
         wait_until(lambda: node.file.read_text() == twice, 'it is done again')
 
+        assert rosslt('lock', '/patrol/WAYPOINTS_2_1', '--reason', 'it is measured').returncode == 0
+        hand.choose('/stops::1', 'Duplicate')
+        said(hand, '/stops::1', '/patrol refuses: /patrol/WAYPOINTS_2_1 is locked by')
+        assert node.file.read_text() == twice
+        assert rosslt('unlock', '/patrol').returncode == 0
+
         assert rosslt('set', '/patrol/WAYPOINTS_2_0', '2.5').returncode == 0
         hand.choose('/stops::2', 'Delete')
         said(hand, '/stops::2', 'WAYPOINTS_2_0 is changed, and not saved: `rosslt save /patrol` first')

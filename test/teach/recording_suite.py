@@ -192,13 +192,19 @@ class Recording(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), 0)
 
-    def test_what_is_in_no_row_or_in_two_is_refused(self):
+    def test_what_is_in_no_row_or_in_two_or_locked_is_refused(self):
         node = self.patrol()
         for target, why in (
             ('/home', 'no path is recorded: .*no list of alike rows stands here'),
             ('/odd', 'no path is recorded: .*it is no row of a list of alike ones'),
         ):
             self.assertRegex(failure('teach', target, '--by', self.device.name, '--record', '--wait', '20'), why)
+        self.assertEqual(rosslt('lock', '/patrol/WAYPOINTS_1_0', '--reason', 'it is measured').returncode, 0)
+        self.assertRegex(
+            failure('teach', '/goal', '--by', self.device.name, '--record', '--wait', '20'),
+            '^rosslt teach: /patrol refuses: /patrol/WAYPOINTS_1_0 is locked by .*: it is measured$',
+        )
+        self.assertEqual(rosslt('unlock', '/patrol').returncode, 0)
         process, rows = self.record('/spread')
         self.lead(rows, ((0.01 * n, 0.02 * n, 0.0) for n in range(30)))
         told = wait_until(

@@ -161,17 +161,24 @@ def _parameter_of(master: rosgraph.Master, text: str) -> str:
     return f'{name} is a ROS parameter, now {value!r}: `rosparam set {name} VALUE` changes it' if is_scalar else ''
 
 
-def find_node_or_location(master: rosgraph.Master, directory: Directory, text: str) -> Tuple[str, Optional[Place]]:
-    """Return the node that has locations, and the location if the text names one: NODE, NODE/LOCATION or NODE#ID.
+def find_node_or_locations(
+    master: rosgraph.Master, directory: Directory, text: str
+) -> Tuple[str, Optional[List[Place]]]:
+    """Return the node that has locations, and those that the text names; None for all of them, if it is a NODE. With
+    NODE/LOCATION or NODE#ID, it is that one; if there is none, those of which the names begin with that, as the numbers
+    of a list do with its name.
 
     Raises:
         Failure: there is no such node, or no such location in it.
     """
     state = system_state(master)
-    if full_name(text) not in state.nodes and _split(text, state.tracked_nodes)[0]:
-        place = find(master, directory, text)
-        return place.node, place
-    return tracked_node(master, text), None
+    if full_name(text) in state.nodes or not _split(text, state.tracked_nodes)[0]:
+        return tracked_node(master, text), None
+    name, wanted = split_location(master, text)
+    places = locations_of(master, directory, name)
+    called = any(place.local_name == wanted or place.is_called(wanted) for place in places)
+    begun = [] if called else _begun_by(wanted, places)
+    return name, begun or [find(master, directory, text)]
 
 
 def instead_of_topic(master: rosgraph.Master, text: str) -> str:
@@ -223,7 +230,7 @@ def find_in_row(master: rosgraph.Master, directory: Directory, text: str) -> Tup
     """
     name, wanted = split_location(master, text)
     places = locations_of(master, directory, name)
-    begun = [place for place in places if place.local_name.startswith((wanted + '_', wanted + '/'))]
+    begun = _begun_by(wanted, places)
     rows = {place.location.row for place in begun}
     is_known = any(place.local_name == wanted for place in places)
     is_row = not is_known and len(rows) == 1 and '' not in rows
@@ -232,6 +239,12 @@ def find_in_row(master: rosgraph.Master, directory: Directory, text: str) -> Tup
     else:
         place = find(master, directory, text)
     return place, node.in_row(place, places)
+
+
+def _begun_by(text: str, places: Iterable[Place]) -> List[Place]:
+    """The locations of which the names begin with a whole name: that of a list or dict, or of a part of one."""
+    begins = tuple(one + end for one in (text, '~' + text) for end in '_/')
+    return [place for place in places if place.local_name.startswith(begins)]
 
 
 def _of_table(text: str, places: Iterable[Place]) -> List[str]:

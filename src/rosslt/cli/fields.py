@@ -2,7 +2,7 @@
 
 import copy
 import math
-from typing import Dict, Iterable, List, Optional, Union
+from typing import Dict, Iterable, List, Optional, Set, Union
 
 import yaml
 
@@ -91,6 +91,29 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
     return _path(walked) if _meets(message, wanted) else None
 
 
+def values_where(message: Message, path: str, name: str) -> List[Scalar]:
+    """What the things of a message, as of `path_where`, have in the field of a condition; plain.
+
+    Args:
+        path: the path of the field that is asked for, as of `path_where`.
+        name: the field of the condition.
+
+    Raises:
+        Failure: there is no such field.
+    """
+    things = [message]
+    walked: List[Union[str, int]] = []
+    for step in steps(path):
+        part = field_of(message, _path(walked))
+        if isinstance(part, (list, tuple)):
+            things += part
+            if not isinstance(step, int):
+                break
+        walked.append(step)
+    found = [values.untracked(field_of(thing, name)) for thing in things if _has_fields(thing, [name])]
+    return [one for value in found for one in (value if isinstance(value, (list, tuple)) else [value])]
+
+
 def _path(walked: List[Union[str, int]]) -> str:
     return ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in walked).lstrip('.')
 
@@ -104,6 +127,20 @@ def _has_fields(part: Message, names: Iterable[str]) -> bool:
 
 def _meets(part: Message, wanted: Dict[str, str]) -> bool:
     return all(_is_written(values.untracked(field_of(part, name)), text) for name, text in wanted.items())
+
+
+def meant_where(wanted: Dict[str, str], seen: Dict[str, Set[Scalar]]) -> str:
+    """What may be meant where conditions have values that nothing has, as of `did_you_mean`.
+
+    Args:
+        wanted: the conditions, {field: value as a text}.
+        seen: {field: the values that things have in it}.
+    """
+    return ''.join(
+        did_you_mean(text, [value for value in seen.get(name, ()) if isinstance(value, str)])
+        for name, text in wanted.items()
+        if not any(_is_written(value, text) for value in seen.get(name, ()))
+    )
 
 
 def _is_written(value: Scalar, text: str) -> bool:

@@ -51,6 +51,7 @@ def heard_publishers(
     timeout: float,
     publisher: Optional[str] = None,
     is_meant: Callable[[Heard], bool] = lambda received: True,
+    meant: Callable[[], str] = lambda: '',
 ) -> List[Heard]:
     """A message of each node that publishes a topic, in the order of their names.
 
@@ -61,6 +62,7 @@ def heard_publishers(
         timeout: the time to wait for the first message, in seconds.
         publisher: wait for this node alone.
         is_meant: returns True for a message to wait for; others are passed over.
+        meant: says what may be meant if only others came, as of `did_you_mean`.
 
     Raises:
         Failure: nobody sends such a message in time, or the node does not publish the topic.
@@ -88,7 +90,7 @@ def heard_publishers(
         found.setdefault(received.publisher, received)
     if not found:
         if others:
-            raise Failure(f'no such message on {topic} within {timeout:g} s, but {others} others')
+            raise Failure(f'no such message on {topic} within {timeout:g} s, but {others} others{meant()}')
         problems = ((name, problem_of(master, name)) for name in awaited)
         unreachable = [f'cannot reach {name}: {problem}' for name, problem in problems if problem]
         raise Failure('; '.join([stream.why_nothing(timeout), *unreachable]))

@@ -4,6 +4,7 @@ A verb is a module in `verbs` with the names of `Verb`, and nothing else knows o
 """
 
 import argparse
+import contextlib
 import importlib
 import pkgutil
 from typing import Any, List, Optional, Protocol, cast
@@ -100,10 +101,21 @@ def load(name: str) -> Verb:
     return cast(Verb, importlib.import_module('rosslt.cli.verbs.' + name))
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser to which a word is no option if `float` takes it: that of argparse knows -1 and -.5, and neither
+    -1e-1 nor -inf."""
+
+    def _parse_optional(self, arg_string: str) -> Any:
+        with contextlib.suppress(ValueError):
+            float(arg_string)
+            return None
+        return super()._parse_optional(arg_string)
+
+
 def parser(name: str, program: Optional[str] = None) -> argparse.ArgumentParser:
     """The parser of a verb's arguments; `program` is the command's name in the help, by default `rosslt VERB`."""
     verb = load(name)
-    made = argparse.ArgumentParser(
+    made = _Parser(
         prog=program or f'rosslt {name}',
         description=verb.DESCRIPTION,
         epilog=verb.EXAMPLE,

@@ -105,6 +105,9 @@ class Offers(NamedTuple):
         except files.FileError as error:
             text = f'nothing is written: {error.brief}'
             rospy.logwarn('%s: nothing is written: %s', name, error)
+        except node.ChangeRejected as error:
+            text = str(error)
+            rospy.logwarn('%s: %s', name, text)
         except node.SourceUnreachable as error:
             text = f'cannot reach {source.node}: {error}'
             rospy.logwarn('%s: %s', name, text)

@@ -35,7 +35,7 @@ from rosslt.node.locations.location import (
     ParameterLocation,
     put_in_force,
 )
-from rosslt.node.locations.report import all_described, described
+from rosslt.node.locations.report import all_described, described, edits_described
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.master_watch import MASTER_WATCH
 from rosslt.node.memory.outdated import outdated
@@ -418,20 +418,7 @@ class Owner:
         self.look_at_files()
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
-            read = SOURCE_FILES.places(self.locations.by_id.values())
-        return srv.ListEditsResponse(
-            [
-                msg.FileEdit(
-                    location.id, edit.file, edit.digest, edit.start, edit.end, edit.old.decode(), edit.new.decode()
-                )
-                for location, edit in edits
-            ],
-            [location.id for location, _ in left],
-            [reason for _, reason in left],
-            [location.id for location in read],
-            [line for line, _ in read.values()],
-            [column for _, column in read.values()],
-        )
+            return edits_described(edits, left, SOURCE_FILES.places(self.locations.by_id.values()))
 
     def reread(self, location: Location, value_in_code: Scalar, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.

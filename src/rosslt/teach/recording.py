@@ -36,11 +36,13 @@ class Written(NamedTuple):
         poses: how many poses they were made of.
         rows: how many rows they are.
         where: FILE:LINE of the row above them, as its node has read it.
+        untaken: as of `node.untaken_in`.
     """
 
     poses: int
     rows: int
     where: str
+    untaken: str
 
 
 class Recording:
@@ -104,6 +106,7 @@ class Recording:
         """Check that rows can be added for a thing.
 
         Raises:
+            ChangeRejected: that row, its list or its node is locked.
             NotTaught: none of its numbers is in a row of alike ones, or that is not as its node has read it.
         """
         directory = node.directory()
@@ -144,9 +147,9 @@ class Recording:
             led.handle, [led.poses[index] for index in kept], led.shared, resolution, TIMEOUT, self._name_of
         )
         places = self._places(list(waypoints[0]))
-        node.add_rows(places, [list(one.values()) for one in waypoints], TIMEOUT)
+        untaken = node.add_rows(places, [list(one.values()) for one in waypoints], TIMEOUT)
         location = places[0].location
-        return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}')
+        return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}', untaken)
 
     def _places(self, sources: Sequence[values.Source]) -> List[node.Place]:
         if not sources:

@@ -206,9 +206,13 @@ class Teacher(Follower):
         led, self.recording.ended = self.recording.ended, None
         self._wait_until_let_go()
         try:
-            self._show_written(self.recording.write(led))
+            written = self.recording.write(led)
         except NotTaught as error:
             self._say(str(error))
+        else:
+            self._show_written(written)
+            if written.untaken:
+                self._say(f'the rows are written, but {written.untaken}')
 
     def _obey(self, hand: Hand, clutch: Joystick, has_clutch: bool, show: Show) -> None:
         pressed = 0.0  # when the clutch was last reported as pressed

@@ -2,18 +2,19 @@
 
 import argparse
 import sys
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 import genpy
 
 from rosslt import node, values
 from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.fields import conditions, field_of, path_where, source_values, target
+from rosslt.cli.fields import conditions, field_of, meant_where, path_where, source_values, target, values_where
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change, write_note
 from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.verb import CHANGE, Argument
+from rosslt.messages import Scalar
 from rosslt.node import Directory, Heard
 
 GROUP = CHANGE
@@ -93,13 +94,22 @@ def run(options: argparse.Namespace) -> None:
     with listener(topic, is_exact=True) as messages, node.NodeErrors() as errors:
         stream = link.stream(messages) if link else messages
         where = conditions(options.where)
+        seen_where: Dict[str, Set[Scalar]] = {name: set() for name in where}
+
+        def is_meant(received: Heard) -> bool:
+            is_there = path_where(received.message, field, dict(where)) is not None
+            for name, seen in seen_where.items():
+                seen.update(values_where(received.message, field, name))
+            return is_there
+
         heard = heard_publishers(
             master,
             stream,
             topic,
             options.timeout,
             options.node,
-            lambda received: path_where(received.message, field, dict(where)) is not None,
+            is_meant,
+            lambda: meant_where(where, seen_where),
         )
         paths = {received.publisher: path_where(received.message, field, dict(where)) or '' for received in heard}
         parts = {received.publisher: field_of(received.message, paths[received.publisher]) for received in heard}

@@ -4,7 +4,7 @@ import argparse
 from typing import List
 
 from rosslt import srv
-from rosslt.cli.directory import find_node_or_location, report_silent
+from rosslt.cli.directory import find_node_or_locations, report_silent
 from rosslt.cli.failure import Failure
 from rosslt.cli.locks import locks_of, note_of, notes_of
 from rosslt.cli.master import find_master, tracked_nodes
@@ -18,11 +18,12 @@ DESCRIPTION = """Print the nodes that have locations, and for each location its 
 what the code says if the value is one of an earlier run, what takes a change at the next start only, and who has
 locked it and why. Values of names, tables and parameters stand first, then numbers that stand in the code without a
 name, then terms and factors of formulas, each in the order of the code. Numbers that give a formula its shape, as a
-divisor or a conversion of units, are left out."""
+divisor or a conversion of units, are left out. The name of a list stands for all of its numbers."""
 EXAMPLE = """\
 examples:
   rosslt list /talker
   rosslt list /talker/radius
+  rosslt list /patrol/WAYPOINTS
 
 In a pipe each location is a line of columns between tabs: NODE/LOCATION, type, value, minimum, maximum, read-only (or
 empty), file:line:column, what the code says (empty if that is the value), who may change it (empty: everybody), what
@@ -45,14 +46,14 @@ def run(options: argparse.Namespace) -> int:
     directory = Directory()
     nodes, asked = tracked_nodes(master), None
     if options.location:
-        node, asked = find_node_or_location(master, directory, options.location)
+        node, asked = find_node_or_locations(master, directory, options.location)
         nodes = [node]
     if not nodes:
         raise Failure(
             'no node has locations: none is tracked. Start one with `rosslt run` or `rosslt launch`, or have its '
             'code call rosslt.init_node'
         )
-    places, silent = ({asked.node: [asked]}, {}) if asked else directory.ask(nodes, makes_known=options.all)
+    places, silent = ({nodes[0]: asked}, {}) if asked else directory.ask(nodes, makes_known=options.all)
     places = listed(places, options.all or asked is not None)
     for found in places.values():
         found.sort(key=lambda place: 0 if place.location.row else place.location.rank)

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         if options.diff:
             write_diff(files.unified_diff(found.edits))
             return
-        found.write()
+        untaken = found.write(TIMEOUT)
     except node.SourceUnreachable as error:
         raise cannot_reach(master, place.node, str(error)) from None
     except files.FileError as error:
@@ -59,4 +59,6 @@ def run(options: argparse.Namespace) -> None:
         print(f'{place.name}: {options.operation}  [{where}]')
     else:
         write_row(place.name, options.operation, where)
+    if untaken:
+        raise Failure(f'the file is written, but {untaken}')
     say_when_rows_are_read('row', place.node, found.record)

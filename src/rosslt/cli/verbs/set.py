@@ -23,7 +23,7 @@ example:
 """
 ARGUMENTS = [
     LOCATION,
-    Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of one with -'),
+    Argument('value', metavar='VALUE', help='a number, true or false, or a text; -- in front of a text with -'),
 ]
 
 

@@ -53,7 +53,7 @@ class Access:
         for name in (WHOLE, location):
             lock = self.locks.get(name)
             if lock is not None:
-                raise Refused(f'{self._in_full(name)} is {lock.text}')
+                raise Refused(f'{name_in_full(self._node, name)} is {lock.text}')
         if not self._accepts_from(requester):
             raise Refused(
                 f'{self._node} takes changes from {" and ".join(self.accepted_from or []) or "nobody"} only, and this '
@@ -63,10 +63,6 @@ class Access:
     def lock_of(self, location: str) -> str:
         """Say who has locked a location, and why; '' if nobody has locked that location alone."""
         return self.locks[location].text if location in self.locks else ''
-
-    def _in_full(self, name: str) -> str:
-        """What has a name here, as others know it: a parameter has its full name already."""
-        return name if name.startswith('/') else f'{self._node}/{name}'.rstrip('/')
 
     def _accepts_from(self, requester: str) -> bool:
         if self.accepted_from is None or requester == self._node:
@@ -100,6 +96,11 @@ class Access:
         if not isinstance(rows, list) or not all(_is_list_of(row, str) and len(row) == 3 for row in rows):
             raise Refused(f'{rows!r} is not a list of locks, [[LOCATION, WHO, WHY], ...]')
         self.locks = {name: Lock(who, reason) for name, who, reason in rows}
+
+
+def name_in_full(node: str, name: str) -> str:
+    """What has a name in a node, a location or WHOLE, as others know it: a parameter has its full name already."""
+    return name if name.startswith('/') else f'{node}/{name}'.rstrip('/')
 
 
 def _is_list_of(value: object, kind: type) -> bool:

@@ -1,9 +1,9 @@
-"""Locations as messages."""
+"""Locations as messages, and what is to be written to the files of their values."""
 
 import os
-from typing import Callable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple
 
-from rosslt import msg, values
+from rosslt import files, msg, srv, values
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Location, ParameterLocation
@@ -75,6 +75,45 @@ def described(location: Location, lock: str = '', at_next_start: str = '', holde
         rank=location.rank,
         row=location.row,
     )
+
+
+def edits_described(
+    edits: Sequence[Tuple[Location, files.Edit]],
+    left: Sequence[Tuple[Location, str]],
+    read: Mapping[Location, Tuple[int, int, Any]],
+) -> srv.ListEditsResponse:
+    """What would write changed values to source files, and what stands there, as a message.
+
+    Args:
+        edits, left: as of `SourceFiles.edits`.
+        read: as of `SourceFiles.places`.
+    """
+    changed = {location for location, _ in [*edits, *left]}
+    untaken = {
+        location: said
+        for location, (line, _, said) in read.items()
+        if line and location not in changed and not _has_taken(location, said)
+    }
+    return srv.ListEditsResponse(
+        [
+            msg.FileEdit(
+                location.id, edit.file, edit.digest, edit.start, edit.end, edit.old.decode(), edit.new.decode()
+            )
+            for location, edit in edits
+        ],
+        [location.id for location, _ in left],
+        [reason for _, reason in left],
+        [location.id for location in read],
+        [line for line, _, _ in read.values()],
+        [column for _, column, _ in read.values()],
+        [location.id for location in untaken],
+        [to_json(said) for said in untaken.values()],
+    )
+
+
+def _has_taken(location: Location, said: Scalar) -> bool:
+    """Return whether a location knows what stands in its file now."""
+    return location.is_shared or any(files.equal(said, one) for one in (location.value_in_code, location.value))
 
 
 def _plain_copies(location: Location, holders: Sequence[str]) -> str:

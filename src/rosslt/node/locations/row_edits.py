@@ -13,7 +13,8 @@ from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.locations.row_journal import ADD, LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
-from rosslt.node.locations.saving import edits_of, list_edits, why_not_written
+from rosslt.node.locations.row_locks import check_locks
+from rosslt.node.locations.saving import edits_of, list_edits, untaken_in, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
 SCRIPT_TEXT = 'rosslt_script'
@@ -39,6 +40,7 @@ def edit_row(directory: Directory, source: values.Source, operation: str, timeou
         What was done, and when it takes effect, as a text for people.
 
     Raises:
+        ChangeRejected: as of `row_edit`.
         FileError: as of `row_edit`, or the file cannot be written; then it is as it was.
         SourceUnreachable: the node does not answer, or has no such location any more; the message is the reason alone.
     """
@@ -51,11 +53,11 @@ def edit_row(directory: Directory, source: values.Source, operation: str, timeou
         raise SourceUnreachable(reason, {source.node: reason})
     row = in_row(place, places[source.node])
     found = row_edit(place, row, operation, timeout)
-    found.write()
+    untaken = found.write(timeout)
     done, state = _DONE[operation]
     file = os.path.basename(found.record.place.rpartition(':')[0])
     when = f'`rosslt launch` of {file}' if found.origins else f'start of {place.node}'
-    return f'{done.format(_name_of(row))} in {file}; {state} the next {when}'
+    return '; '.join(filter(None, [f'{done.format(_name_of(row))} in {file}', f'{state} the next {when}', untaken]))
 
 
 def in_row(place: Place, places: Iterable[Place]) -> List[Place]:
@@ -88,8 +90,14 @@ class RowEdit(NamedTuple):
     record: RowRecord
     origins: Dict[str, Any]
 
-    def write(self) -> None:
+    def write(self, timeout: float) -> str:
         """Write it, and keep what takes it back.
+
+        Args:
+            timeout: how long the node may take to read the file, in seconds.
+
+        Returns:
+            Which numbers of the file the node does not take; '' if none is known.
 
         Raises:
             FileError: the file was edited meanwhile, or cannot be written.
@@ -98,6 +106,7 @@ class RowEdit(NamedTuple):
         if self.origins:
             rosgraph.Master(rospy.get_name()).setParam(files.ORIGINS, json.dumps(self.origins))
         keep_row_record(self.node, self.record)
+        return untaken_in(self.node, timeout)
 
 
 def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float) -> RowEdit:
@@ -111,9 +120,11 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
         timeout: how long its node may take to answer, in seconds.
 
     Raises:
+        ChangeRejected: it, its list or its node is locked.
         FileError: it is in no row of alike ones, it is not certain where it stands now, or its value is not saved.
         SourceUnreachable: its node does not answer; the message is the reason alone.
     """
+    check_locks(place.node, place.name, timeout)
     after = last_request_of(place.node, timeout)
     origins: Dict[str, Any] = {}
     gone: Dict[str, Any] = {}
@@ -189,22 +200,28 @@ def row_additions(places: Sequence[Place], added: Sequence[Sequence[Scalar]], ti
         timeout: how long their node may take to answer, in seconds.
 
     Raises:
+        ChangeRejected: one of them, their list or their node is locked.
         FileError: they are not in one row of alike ones, it is not certain where they stand now, or a value is not
             saved.
         SourceUnreachable: their node does not answer; the message is the reason alone.
     """
+    check_locks(places[0].node, places[0].name, timeout)
     content, stands = _text_of(places, places, timeout)
     return files.python_row_additions(places[0].location.file, content, stands, added)
 
 
-def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> None:
+def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> str:
     """Add rows below the row that locations are in, and keep what takes them back.
 
     Args:
         places, added, timeout: as of `row_additions`.
 
+    Returns:
+        As of `RowEdit.write`.
+
     Raises:
-        FileError, SourceUnreachable: as of `row_additions`, or the file cannot be written; then it is as it was.
+        ChangeRejected, FileError, SourceUnreachable: as of `row_additions`, or the file cannot be written; then it is
+            as it was.
     """
     place = places[0]
     after = last_request_of(place.node, timeout)
@@ -214,6 +231,7 @@ def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout
     back = files.taking_back(edits, files.digest_of(content))
     where = f'{place.location.file}:{place.location.line}'
     keep_row_record(place.node, RowRecord(place.name, ADD, where, is_in_script(place), after, back, None, {}))
+    return untaken_in(place.node, timeout)
 
 
 def _text_of(places: Sequence[Place], row: Sequence[Place], timeout: float) -> Tuple[bytes, List[Tuple[int, int]]]:

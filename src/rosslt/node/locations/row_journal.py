@@ -11,6 +11,7 @@ import rospy
 from rosslt import files, msg, srv
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.change.last_change import histories, last_change, to_take_back
+from rosslt.node.locations.row_locks import check_locks
 from rosslt.node.parameters.mirror import RECORDS, read_record
 from rosslt.node.service_calls import ask_all
 
@@ -135,8 +136,11 @@ def take_row_back(node: str, record: RowRecord, timeout: float) -> None:
         timeout: how long the node may take to read it, in seconds.
 
     Raises:
+        ChangeRejected: the number that it was done with, its list or the node is locked.
         FileError: the file was edited since, or cannot be written; then all is as it was.
+        SourceUnreachable: the node does not answer; the message is the reason alone.
     """
+    check_locks(node, record.name, timeout)
     file = record.edits[0].file
     if files.digest_of(files.read_bytes(file)) != record.edits[0].digest:
         verb = 'teach' if record.operation == ADD else f'row {record.operation}'

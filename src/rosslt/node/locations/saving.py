@@ -1,5 +1,6 @@
 """Changed values of a node, and where in files they stand."""
 
+import contextlib
 import copy
 import functools
 import json
@@ -61,6 +62,32 @@ def tell_saved(node: str, edits: Sequence[files.Edit], timeout: float) -> None:
     """
     follow_save(node, edits)
     ask_all('list_edits', srv.ListEdits, {node: srv.ListEditsRequest()}, timeout)
+
+
+def untaken_in(node: str, timeout: float) -> str:
+    """Have a node read its files, and say which numbers there it does not take, `/patrol does not take 1.5 from
+    patrol.py:5:6 (WAYPOINTS_0_0 stays 1)`, for those that have no other change; '' if there is none, or if the node
+    does not answer.
+
+    Args:
+        node: its full name.
+        timeout: how long it may take to answer each question, in seconds.
+    """
+    with contextlib.suppress(SourceUnreachable):
+        answer = list_edits(node, timeout)
+        if answer.untaken_ids:
+            listed, _ = Directory().ask([node], timeout)
+            by_id = {place.location.id: place for place in listed.get(node, ())}
+            stands = dict(zip(answer.read_ids, zip(answer.lines, answer.columns)))
+            told = [
+                '{} from {}:{}:{} ({} stays {})'.format(
+                    said, by_id[one].location.file, *stands[one], by_id[one].local_name, by_id[one].location.value
+                )
+                for one, said in zip(answer.untaken_ids, answer.said)
+                if one in by_id
+            ]
+            return f'{node} does not take ' + ', '.join(told)
+    return ''
 
 
 def list_edits(node: str, timeout: float) -> Message:

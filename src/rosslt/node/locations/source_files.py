@@ -112,22 +112,25 @@ class SourceFiles:
                     self._saved[digest] = now[2]
         return edits, left
 
-    def places(self, locations: Iterable[Location]) -> Dict[Location, Tuple[int, int]]:
+    def places(self, locations: Iterable[Location]) -> Dict[Location, Tuple[int, int, Any]]:
         """Find the literals of locations in their files as these are now.
 
         Args:
             locations: all those of this node.
 
         Returns:
-            {location that is read from a source file: (line, column)}, from 1; (0, 0) where that is not certain.
+            {location that is read from a source file: (line, column, value there)}, from 1; (0, 0, None) where that is
+            not certain.
         """
-        found: Dict[Location, Tuple[int, int]] = {}
+        found: Dict[Location, Tuple[int, int, Any]] = {}
         for path, those in _by_file(locations).items():
-            found.update(dict.fromkeys(those, (0, 0)))
+            found.update(dict.fromkeys(those, (0, 0, None)))
             with contextlib.suppress(files.FileError):
                 readers, present, indices = self._present(self.original(path), those)
                 for index, after in indices.items():
-                    found.update(dict.fromkeys(readers.get(index, ()), present.literals[after][2:4]))
+                    literal = present.literals[after]
+                    where = (literal.line, literal.column, literal.value)
+                    found.update(dict.fromkeys(readers.get(index, ()), where))
         return found
 
     def _present(self, original: files.SourceText, those: List[Location]) -> _Present:
