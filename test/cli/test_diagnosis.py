@@ -115,6 +115,58 @@ class TestSimulatedTime:
         assert rosslt('set', '/talker/count', '3').stderr == ''
 
 
+class TestTypes:
+    SENT = '/typed sends it as geometry_msgs/Point, but the master knows it as geometry_msgs/PoseStamped, as '
+    ALIVE = '/changer says: who goes by the master, as RViz does, gets nothing of it. Have all nodes use one type'
+
+    @pytest.fixture
+    def typed(self, nodes):
+        code = """
+            publisher = rosslt.Publisher('typed', Point, queue_size=1)
+            rate = rospy.Rate(20)
+            while not rospy.is_shutdown():
+                publisher.publish(rosslt.location(1.0, name='x'), 0, 0)
+                rate.sleep()
+            """
+        with Node('typed', code) as node:
+            wait_until(lambda: is_published('/typed'), 'it publishes')
+            yield node
+
+    @pytest.fixture
+    def changer(self, typed, master):
+        """Advertises the topic as another type."""
+        with Node('changer', "rosslt.Publisher('typed', PoseStamped, queue_size=1)\nrospy.spin()") as node:
+            wait_until(lambda: dict(master.getTopicTypes())['/typed'] == 'geometry_msgs/PoseStamped', 'it says so')
+            yield node
+
+    def test_a_topic_is_read_as_its_publisher_sends_it(self, changer):
+        changer.stop()
+        assert lines('echo', '--once', '/typed')[0][:2] == ['x', '1.0']
+        assert lines('explain', '/typed/x')[0][3] == '/typed/x'
+        assert lines('force', '/typed/x', '2')[0][:3] == ['/typed/x', '1.0', '2.0']
+        assert lines('graph', '/typed') == [['/typed/x', '/typed', 'x', '/typed']]
+        found, code = findings('/typed')
+        ended = 'a node has said that publishes it no more: who goes by the master, as RViz does, gets nothing of it'
+        assert any(kind == 'fault' and text.startswith(self.SENT + ended) for kind, text in found)
+        assert ('ok', 'it comes from /typed/x') in found
+        assert code == 1
+
+    def test_who_has_said_another_type_is_named(self, changer):
+        assert any(kind == 'fault' and text.startswith(self.SENT + self.ALIVE) for kind, text in findings('/typed')[0])
+        for words in (['explain', '/typed/x'], ['force', '/typed/x', '2']):
+            assert f'no message on /typed within 1 s; {self.SENT}{self.ALIVE}' in failure(*words, '--timeout', '1')
+
+    def test_echo_says_why_no_message_comes_and_goes_on(self, changer):
+        echo = subprocess.Popen(['rosslt', 'echo', '--once', '/typed'], stderr=subprocess.PIPE, text=True)
+        try:
+            told = echo.stderr.readline()
+            assert told.startswith(f'rosslt echo: no message on /typed within 3 s; {self.SENT}{self.ALIVE}')
+            assert echo.poll() is None
+        finally:
+            echo.kill()
+            echo.communicate()
+
+
 class TestDoctor:
     def test_finds_nothing_wrong_where_all_is_well(self, nodes):
         found, _ = findings('/gate')
@@ -316,6 +368,16 @@ class TestDoctor:
             assert any(
                 'does not reach later subscribers' in text or 'sent one message within 3 s' in text for text in shown
             )
+
+    def test_what_is_latched_and_not_sent_yet_is_no_fault(self, nodes):
+        code = "rosslt.Publisher('{}', Point, queue_size=1, latch={})\nrospy.spin()"
+        with Node('later', code.format('later', True)), Node('never', code.format('unsent', False)):
+            wait_until(lambda: is_published('/later') and is_published('/unsent'), 'they are advertised')
+            wait = '/later has sent nothing yet; it is latched: each subscriber gets its last one'
+            assert findings('/later') == ({('note', wait)}, 0)
+            ((kind, text),), code = findings('/unsent')
+            assert (kind, code) == ('fault', 1)
+            assert text.startswith('/never sends nothing within 1.5 s: ')
 
     def test_finds_handles_that_nobody_shows(self, nodes):
         handles = """

@@ -4,10 +4,11 @@
 import unittest
 from pathlib import Path
 
+import rosgraph
 import rospy
 import rostest
 import yaml
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, PoseStamped
 from sensor_msgs.msg import JointState
 
 import rosslt
@@ -49,6 +50,15 @@ class RvizLaunch(unittest.TestCase):
         late.unregister()
         wait_until(lambda: '/late' not in displays(), 'the display of what is gone to go')
         self.assertEqual(manager()['Displays'][0]['Color'], '1; 2; 3')
+
+    def test_the_master_knows_a_topic_again_by_its_own_type_if_a_tool_of_rviz_has_said_another(self):
+        goal = rospy.Publisher('/goal', Point, queue_size=1)
+        tool = rosgraph.Master('/tool')  # as RViz, before it reads its configuration
+        tool.registerPublisher('/goal', 'geometry_msgs/PoseStamped', rospy.get_node_uri())
+        self.assertEqual(dict(tool.getTopicTypes())['/goal'], 'geometry_msgs/PoseStamped')
+        tool.unregisterPublisher('/goal', rospy.get_node_uri())
+        wait_until(lambda: dict(tool.getTopicTypes())['/goal'] == 'geometry_msgs/Point', 'the type to be corrected')
+        goal.unregister()
 
     def test_a_robot_is_shown_where_a_node_says_how_it_stands(self):
         rospy.set_param('/robot_description', ROBOT)

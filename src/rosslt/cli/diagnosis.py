@@ -17,8 +17,8 @@ from rosslt import messages, srv, values
 from rosslt.cli.locks import locks_of, note_of
 from rosslt.cli.master import TIMEOUT, SystemState, problem_of
 from rosslt.cli.output import few
-from rosslt.cli.slave_api import About, about
-from rosslt.node import Directory, Heard, ask_all
+from rosslt.cli.slave_api import About, about, other_type
+from rosslt.node import Directory, Heard, Listener, ask_all
 
 #: The kinds of findings: nothing is wrong; it may hinder a change; it prevents a change.
 FINE, NOTE, FAULT = 'ok', 'note', 'fault'
@@ -51,6 +51,7 @@ class Stream:
         size: the bytes of all.
         provenance_size: the bytes of them that were provenance.
         sources: those in the messages, in order of appearance.
+        type: the type of the messages; '' if there is none.
         is_latched: whether the publisher is a latched one.
         fields: {path: sources} of the numbers in the first message, or in the first with provenance if one has it.
         is_varied: whether numbers and texts differ from message to message, as long as none has a source.
@@ -61,6 +62,7 @@ class Stream:
     def __init__(self) -> None:
         self.count = self.whole = self.sampled = self.size = self.provenance_size = 0
         self.sources: Dict[values.Source, None] = {}
+        self.type = ''
         self.is_latched = False
         self.fields: Dict[str, List[values.Source]] = {}
         self.is_varied = False
@@ -91,26 +93,29 @@ class Stream:
         self.size += buff.tell()
         self.provenance_size += buff.tell() - plain_size
         self.sources.update(dict.fromkeys(sources))
-        self.is_latched = received.is_latched
+        self.type, self.is_latched = received.type, received.is_latched
 
 
 class Traffic:
     """The messages that came on topics while the command listened.
 
     Args:
-        received: the messages, as they come.
+        stream: listens to them.
+        seconds: for how long.
         field: the path of the part of its messages that is looked at; '' for all.
 
     Attributes:
         seconds: for how long it listened.
+        latched: {(topic, publisher)} of latched publishers, also of those that have sent nothing.
     """
 
-    def __init__(self, received: Iterable[Heard], field: str = '') -> None:
+    def __init__(self, stream: Listener, seconds: float, field: str = '') -> None:
         begin = time.monotonic()
         self._streams: Dict[Tuple[str, str], Stream] = {}
-        for message in received:
+        for message in stream.during(seconds):
             self._streams.setdefault((message.topic, message.publisher), Stream()).add(message, field)
         self.seconds = time.monotonic() - begin
+        self.latched = stream.latched()
 
     def of(self, topic: str, publisher: str) -> Stream:
         """The messages that a node sent on a topic."""
@@ -280,27 +285,30 @@ class Examination:
         )
         yield from self._of_sources(self._directory.own_first(sources))
         if sources:
-            yield from self._of_display(topic)
+            heard = (self._traffic.of(topic, publisher) for publisher in publishers)
+            yield from self._of_display(topic, next(sent.type for sent in heard if sent.sources))
 
     def _of_publisher(self, topic: str, publisher: str) -> Iterator[Finding]:
         sent, seconds = self._traffic.of(topic, publisher), self._traffic.seconds
+        within = f'within {round(seconds, 1):g} s'
+        said = {one: self._about_node(one).published for one in self._state.publishers[topic]}
+        other = other_type(topic, publisher, self._types[topic], said)
+        if other:
+            yield Finding(FAULT, other)
         if not sent.count:
-            type_ = self._about_node(publisher).published.get(topic)
-            if type_ not in (None, self._types[topic]):
-                yield Finding(
-                    FAULT,
-                    f'{publisher} sends it as {type_}, but the master knows it as {self._types[topic]}, as '
-                    'another node has said: who goes by the master, as this command and RViz do, gets nothing of it. '
-                    'Have all nodes use one type, or another topic',
-                )
+            if other:
                 return
             why = problem_of(self._master, publisher)
-            silent = f'{publisher} sends nothing within {seconds:g} s: '
+            if not why and (topic, publisher) in self._traffic.latched:
+                yield Finding(
+                    NOTE, f'{publisher} has sent nothing yet; it is latched: each subscriber gets its last one'
+                )
+                return
+            silent = f'{publisher} sends nothing {within}: '
             once = 'a message that was published once, without latch=True, does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
         elif not (sent.whole or sent.sampled):
-            type_ = self._types[topic].rpartition('/')[2]
-            zero = self._losses.why_zero(publisher, topic, type_) if sent.is_zero else ''
+            zero = self._losses.why_zero(publisher, topic, sent.type.rpartition('/')[2]) if sent.is_zero else ''
             yield Finding(NOTE, zero) if zero else Finding(FAULT, self._why_plain(topic, publisher))
         else:
             others = f' ({sent.sampled} sampled, {sent.count - sent.whole - sent.sampled} plain)'
@@ -313,7 +321,7 @@ class Examination:
             if sent.count == 1 and not sent.is_latched:
                 yield Finding(
                     NOTE,
-                    f'{publisher} sent one message within {seconds:g} s: a change is seen in the next one; give its '
+                    f'{publisher} sent one message {within}: a change is seen in the next one; give its '
                     'Publisher latch=True, or publish again when a location changes',
                 )
             yield from self._of_fields(sent.fields, publisher)
@@ -401,7 +409,7 @@ class Examination:
         elif sources:
             yield Finding(FAULT, 'none of the locations that it comes from can be changed')
 
-    def _of_display(self, topic: str) -> Iterator[Finding]:
+    def _of_display(self, topic: str, sent_type: str) -> Iterator[Finding]:
         """Find whether it can be dragged in RViz: which node makes handles for it, and whether they are shown."""
         updates = {
             name: set(nodes) for name, nodes in self._state.publishers.items() if self._types.get(name) == _UPDATE_TYPE
@@ -412,13 +420,13 @@ class Examination:
         listening = set(self._state.subscribers.get(topic, ()))
         makers = sorted({node for nodes in updates.values() for node in nodes})
         deaf = {maker: self._about_node(maker).subscribed.get(topic) for maker in makers if maker in listening}
-        deaf = {maker: type_ for maker, type_ in deaf.items() if type_ not in (None, self._types[topic])}
+        deaf = {maker: type_ for maker, type_ in deaf.items() if type_ not in (None, sent_type)}
         for maker, type_ in deaf.items():
-            yield Finding(FAULT, f'{maker} takes it for {type_}, but it is sent as {self._types[topic]}')
+            yield Finding(FAULT, f'{maker} takes it for {type_}, but it is sent as {sent_type}')
         listening -= deaf.keys()
         serving = {name for name, nodes in updates.items() if nodes & listening}
         if not serving:
-            why = f'{self._types[topic]} has no handles, or is not watched'
+            why = f'{sent_type} has no handles, or is not watched'
             yield Finding(NOTE, f'{", ".join(makers)} makes no handles for it: {"its types differ" if deaf else why}')
             return
         shown = {name for name in updates if set(self._state.subscribers.get(name, ())) - updates[name]}

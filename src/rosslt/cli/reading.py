@@ -9,6 +9,7 @@ import rospy
 from rosslt import node
 from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.master import full_name, problem_of, system_state
+from rosslt.cli.slave_api import other_type
 from rosslt.node import Heard
 
 #: Time to wait for the other publishers of a topic after the first message, in seconds.
@@ -91,7 +92,25 @@ def heard_publishers(
     if not found:
         if others:
             raise Failure(f'no such message on {topic} within {timeout:g} s, but {others} others{meant()}')
-        problems = ((name, problem_of(master, name)) for name in awaited)
-        unreachable = [f'cannot reach {name}: {problem}' for name, problem in problems if problem]
-        raise Failure('; '.join([stream.why_nothing(timeout), *unreachable]))
+        raise Failure(why_silent(master, stream, topic, timeout, publisher and awaited[0]))
     return [found[name] for name in sorted(found)]
+
+
+def why_silent(
+    master: rosgraph.Master, stream: Messages, topic: str, timeout: float, publisher: Optional[str] = None
+) -> str:
+    """Why no message of a topic has come, as far as it can be found out.
+
+    Args:
+        master, stream, topic, timeout: as in `heard_publishers`.
+        publisher: the full name of the node whose messages are waited for; by default all.
+    """
+    publishers = system_state(master).publishers.get(topic, [])
+    awaited = publishers if publisher is None else [publisher]
+    said, kept = node.published_types({*publishers, *awaited}), dict(master.getTopicTypes()).get(topic, '')
+    # else the messages are read as they are sent
+    is_read_as_kept = any(types.get(topic) == kept for types in said.values())
+    others = [other_type(topic, name, kept, said) for name in awaited if is_read_as_kept]
+    problems = ((name, problem_of(master, name)) for name in awaited)
+    unreachable = [f'cannot reach {name}: {problem}' for name, problem in problems if problem]
+    return '; '.join([stream.why_nothing(timeout), *filter(None, others), *unreachable])

@@ -44,6 +44,25 @@ def about(master: rosgraph.Master, node: str) -> About:
     return About(server, dict(published), dict(subscribed))
 
 
+def other_type(topic: str, publisher: str, kept: str, said: Mapping[str, Mapping[str, str]]) -> str:
+    """Say that a node sends a topic with another type than the master keeps, and who has said that one; '' if not.
+
+    Args:
+        kept: the type that the master keeps.
+        said: {each publisher: its `About.published`}.
+    """
+    own = said[publisher].get(topic, kept)
+    if own == kept:
+        return ''
+    others = [node for node, types in said.items() if types.get(topic) == kept]
+    by = f'{" and ".join(others)} says' if others else 'a node has said that publishes it no more'
+    mend = 'Have' if others else 'Start it again, and have'
+    return (
+        f'{publisher} sends it as {own}, but the master knows it as {kept}, as {by}: who goes by the master, as RViz '
+        f'does, gets nothing of it. {mend} all nodes use one type, or another topic'
+    )
+
+
 def _call(address: str, method: str) -> Tuple[str, Any]:
     """(What the server at an address calls itself, what it answers)."""
     connection = http.client.HTTPConnection(address, timeout=TIMEOUT)

@@ -88,6 +88,7 @@ from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set
 from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
+from rosslt.node.slave_api import published_types, sent_types
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.tf.quaternions import rotated

@@ -2,17 +2,12 @@
 
 import os
 import urllib.parse
-import xmlrpc.client
-from http.client import HTTPConnection
-from typing import Any, List, Optional
+from typing import List, Optional
 
 import rosgraph
 import rosgraph.network
 
-from rosslt.node.no_master import NO_MASTER
-
-#: The time that the node has to answer, in seconds.
-TIMEOUT = 2.0
+from rosslt.node.slave_api import NO_NODE, slave
 
 #: The state of a listening socket in /proc/net/tcp.
 LISTENS = '0A'
@@ -23,11 +18,10 @@ def where_it_runs(name: str) -> Optional[str]:
     folder; None if none answers."""
     try:
         uri = rosgraph.Master('/rosslt').lookupNode(name)
-        proxy: Any = xmlrpc.client.ServerProxy(uri, transport=_Transport())
-        pid = int(proxy.getPid('/rosslt')[2])
+        pid = int(slave(uri).getPid('/rosslt')[2])
         address = urllib.parse.urlparse(uri)
         host, port = address.hostname or '', address.port or 0
-    except (*NO_MASTER, ValueError, TypeError, IndexError):
+    except NO_NODE:
         return None
     if not rosgraph.network.is_local_address(host):
         return f'process {pid} on {host}'
@@ -35,13 +29,6 @@ def where_it_runs(name: str) -> Optional[str]:
         return f'process {pid}' + (_command_of(pid) if _listens(pid, port) else f' on {host}')
     except OSError:  # it belongs to somebody else, or to a container
         return f'process {pid} on {host}'
-
-
-class _Transport(xmlrpc.client.Transport):
-    def make_connection(self, host: Any) -> HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = TIMEOUT
-        return connection
 
 
 def _command_of(pid: int) -> str:

@@ -75,8 +75,8 @@ USED_OF_IMPLEMENTATIONS = {
     'subscriber': ('resolved_name', 'data_class', 'c_lock', 'connections'),
 }
 
-#: The attributes of a connection that `connected_publishers` uses.
-USED_OF_CONNECTIONS = ('callerid_pub', 'done')
+#: The attributes of a connection that `connected_publishers` and `latched_publishers` use.
+USED_OF_CONNECTIONS = ('callerid_pub', 'done', 'is_latched')
 
 #: The attributes of a connection's reader that are used.
 USED_OF_PROTOCOLS = ('recv_data_class',)
@@ -88,6 +88,12 @@ def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:
     A node that crashed stays in the master's list, and rospy counts connections without saying to whom.
     """
     return {connection.callerid_pub for connection in subscriber.impl.connections if not connection.done}
+
+
+def latched_publishers(subscriber: rospy.Subscriber) -> Set[str]:
+    """The names of the nodes that a subscriber is connected to whose publishers are latched: they say so before their
+    first message."""
+    return {one.callerid_pub for one in subscriber.impl.connections if one.is_latched and not one.done}
 
 
 def mend_connecting() -> None:

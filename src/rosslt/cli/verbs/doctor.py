@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         wanted = [topic for topic in wanted if not topic.endswith(_OWN)]
     with listener(*_listened(state, wanted)) as stream:
         losses = Losses(state, wanted, options.time)
-        traffic = Traffic(stream.during(options.time), joined(field, ''))
+        traffic = Traffic(stream, options.time, joined(field, ''))
     directory = Directory()
     directory.learn(traffic.all_sources())
     examination = Examination(master, state, traffic, directory, losses)

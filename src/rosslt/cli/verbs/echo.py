@@ -1,22 +1,28 @@
 """`rosslt echo`: messages with the provenance of their fields."""
 
 import argparse
+import itertools
 import math
 import time
 from typing import Iterable, Iterator
+
+import rosgraph
 
 from rosslt import values
 from rosslt.cli import bags
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import find_master, split_topic
-from rosslt.cli.output import is_terminal
-from rosslt.cli.reading import listener
+from rosslt.cli.output import is_terminal, write_note
+from rosslt.cli.reading import listener, why_silent
 from rosslt.cli.rendering import json_line, write_lines, yaml_lines
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.node import Directory, Heard, Listener
 
 #: For how long messages without their provenance are left out until one with it has come, in seconds.
 PATIENCE = 1.0
+
+#: After how long without a message it is said why none comes, in seconds.
+SILENCE = 3.0
 
 GROUP = LOOK
 SUMMARY = 'messages with the provenance of their fields'
@@ -50,20 +56,24 @@ def run(options: argparse.Namespace) -> None:
             bags.take_names(bag, directory)
             _echo(bags.messages(bag, [topic]), field, directory, options)
         return
-    topic, _, field = split_topic(find_master(), options.topic)
+    master = find_master()
+    topic, _, field = split_topic(master, options.topic)
     with listener(topic) as stream:
         try:
-            _echo(_from_first_whole(stream), field, Directory(), options)
+            _echo(_from_first_whole(master, stream, topic), field, Directory(), options)
         except KeyboardInterrupt:
             # without a count this is how it ends
             if options.count:
                 raise
 
 
-def _from_first_whole(stream: Listener) -> Iterator[Heard]:
+def _from_first_whole(master: rosgraph.Master, stream: Listener, topic: str) -> Iterator[Heard]:
     """The messages that come, without sampled ones whose provenance is not known yet, if one with it comes soon."""
     end = time.monotonic() + PATIENCE
-    for received in stream.during(math.inf):
+    first = stream.next_before(time.monotonic() + SILENCE)
+    if first is None:
+        write_note('echo', why_silent(master, stream, topic, SILENCE))
+    for received in itertools.chain([first] if first else [], stream.during(math.inf)):
         if received.is_sampled and not values.is_tracked(received.message) and time.monotonic() < end:
             continue
         yield received

@@ -2,13 +2,15 @@
 
 import os
 import subprocess
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
+import rosgraph
 import rospkg
 import rospy
 import yaml
 from std_msgs.msg import Bool, String
 
+from rosslt import node
 from rosslt.markers.faults import contained
 from rosslt.markers.rviz.frames import FixedFrame
 from rosslt.markers.rviz.robot import Robot
@@ -46,6 +48,9 @@ DISPLAYS = {
     'visualization_msgs/Marker': DisplayKind('rviz/Marker', 'Marker Topic'),
     'visualization_msgs/MarkerArray': DisplayKind('rviz/MarkerArray', 'Marker Topic'),
 }
+
+#: The topics of the tools that RViz has until it has read its configuration.
+OF_TOOLS = 'goal', 'initialpose'
 
 #: The name of the display of the robot.
 ROBOT = 'Robot'
@@ -177,6 +182,7 @@ class Shown:
         Watch(scene, also=[self._fixed.look, self._look])
 
     def _look(self, graph: Graph) -> None:
+        _correct_types(graph, map(rospy.resolve_name, OF_TOOLS))
         has_robot = self._robot.is_there(graph.types, graph.publishers)
         shown = [*self._fixed.topics, *([GHOST] if GHOST in graph.types else [])]
         self._present = {topic: graph.types[topic] for topic in shown}, has_robot, self._fixed.name
@@ -203,6 +209,19 @@ class Shown:
         _ask_rviz(rviz, 'load_config_discarding_changes', path)
         self._shown = present
         rospy.loginfo('RViz shows %s', ', '.join(sorted(present[0])) or 'no topic')
+
+
+def _correct_types(graph: Graph, topics: Iterable[str]) -> None:
+    """Have the master know these topics by the types with which they are sent, for all who go by the master.
+
+    It keeps what RViz has said of them for the tools that it begins with, although RViz has taken that back.
+    """
+    kept = {topic: graph.types[topic] for topic in topics if topic in graph.types}
+    master, uri = rosgraph.Master(rospy.get_name()), rospy.get_node_uri()
+    for topic, sent in node.sent_types(kept, graph.publishers).items():
+        if sent != kept[topic]:
+            master.registerPublisher(topic, sent, uri)
+            master.unregisterPublisher(topic, uri)
 
 
 class SendFilePath:

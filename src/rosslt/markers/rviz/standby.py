@@ -1,19 +1,16 @@
 """Keeps a second `slt_visualization` waiting until the first has ended, then lets it take over."""
 
-import contextlib
 import os
-import socket
 import sys
 import time
-import xmlrpc.client
-from typing import Any, Iterator, Sequence
+from typing import Sequence
 
 import rosgraph
 
 from rosslt import node
 
-#: The period in which the first one is asked whether it still runs, and the time that it has to answer, in seconds.
-PERIOD, TIMEOUT = 0.5, 2.0
+#: The period in which the first one is asked whether it still runs, in seconds.
+PERIOD = 0.5
 
 
 def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None:
@@ -44,20 +41,5 @@ def wait_for_turn(name: str, arguments: Sequence[str] = tuple(sys.argv)) -> None
 
 def _runs(name: str) -> bool:
     """Ask a node of a name whether it runs; the master also knows those that were killed."""
-    with _short_timeouts(), contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        uri = rosgraph.Master(name).lookupNode(name)
-        proxy: Any = xmlrpc.client.ServerProxy(uri)
-        _, _, topics = proxy.getPublications(name)
-        # A different process may have taken the port.
-        return any(topic.startswith(name + '/') for topic, _ in topics)
-    return False
-
-
-@contextlib.contextmanager
-def _short_timeouts() -> Iterator[None]:
-    before = socket.getdefaulttimeout()
-    socket.setdefaulttimeout(TIMEOUT)
-    try:
-        yield
-    finally:
-        socket.setdefaulttimeout(before)
+    # A different process may have taken the port.
+    return any(topic.startswith(name + '/') for topic in node.published_types([name])[name])

@@ -11,8 +11,9 @@ import rospy
 
 from rosslt import messages, values
 from rosslt.messages import Message
-from rosslt.node.rospy_internals import connected_publishers
+from rosslt.node.rospy_internals import connected_publishers, latched_publishers
 from rosslt.node.service_calls import SHUTDOWN_CHECK_PERIOD
+from rosslt.node.slave_api import sent_types
 from rosslt.node.topics.serialization import is_sampled
 from rosslt.node.topics.topics import Subscriber
 
@@ -68,6 +69,10 @@ class TopicReader:
         """The nodes that are connected; a node that crashed stays in the master's list."""
         return connected_publishers(self._subscribers[topic][1]) if topic in self._subscribers else set()
 
+    def latched(self) -> Set[Tuple[str, str]]:
+        """{(topic, publisher)} of the latched publishers that are connected."""
+        return {(topic, one) for topic, (_, made) in self._subscribers.items() for one in latched_publishers(made)}
+
     def _subscribe(self, topic: str, type_: str) -> None:
         # a topic whose type nobody has told yet has the type *
         message_class = genpy.message.get_message_class(type_) if '/' in type_ else None
@@ -86,7 +91,7 @@ class TopicReader:
 
 
 class Listener:
-    """The messages of topics as they come, for who waits for them.
+    """The messages of topics as they come, for who waits for them, of the types that their publishers say.
 
     Args:
         topics: their full names.
@@ -101,11 +106,13 @@ class Listener:
         self._topics = topics
         self._queue: queue.Queue[Heard] = queue.Queue()
         self._reader = TopicReader(self._queue.put, is_exact)
-        types = dict(rosgraph.Master(rospy.get_name()).getPublishedTopics('/'))
+        master = rosgraph.Master(rospy.get_name())
+        kept = dict(master.getPublishedTopics('/'))
         for topic in topics:
-            if topic not in types:
+            if topic not in kept:
                 raise rospy.ROSException(f'nobody publishes {topic}')
-        self._reader.follow({topic: types[topic] for topic in topics})
+        types = sent_types({topic: kept[topic] for topic in topics}, dict(master.getSystemState()[0]))
+        self._reader.follow(types)
         if topics and not self._reader.topics():
             raise messages.UnknownType(f'{topics[0]} has the type {types[topics[0]]}, which is not installed here')
 
@@ -164,6 +171,10 @@ class Listener:
         return (
             f'no message with provenance on {topic} within {timeout:g} s: {self._reader.left_out} came without theirs'
         )
+
+    def latched(self) -> Set[Tuple[str, str]]:
+        """{(topic, publisher)} of the latched publishers that are connected, also of those that have sent nothing."""
+        return self._reader.latched()
 
     def clear(self) -> None:
         """Drop messages that have arrived and were not read."""
