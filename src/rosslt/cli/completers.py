@@ -38,7 +38,7 @@ def nodes_and_locations(word: str, _before: Sequence[str] = ()) -> Iterable[str]
 
 
 def row_operations(_word: str, _before: Sequence[str] = ()) -> Iterable[str]:
-    """What `rosslt row` does."""
+    """Complete the operations of `rosslt row`."""
     return [operation + ' ' for operation in files.OPERATIONS]
 
 

@@ -136,8 +136,8 @@ def _split(text: str, nodes: Iterable[str]) -> Tuple[Optional[str], str]:
 
 
 def _kept_of(master: rosgraph.Master, text: str) -> str:
-    """What a node that has ended, as NODE/LOCATION says, has left of a literal, and how that is dropped; '' if
-    nothing."""
+    """Say what value of a literal, named as NODE/LOCATION, the last run of a node has left, and how to drop it; '' if
+    none."""
     for slash in re.finditer('(?<=[^/])/(?=[^/])', text):
         name, literal = text[: slash.start()], text[slash.end() :]
         kept = node.kept_of(master, name, literal)
@@ -151,7 +151,7 @@ def _kept_of(master: rosgraph.Master, text: str) -> str:
 
 
 def _parameter_of(master: rosgraph.Master, text: str) -> str:
-    """How the ROS parameter that NODE/~NAME or NODE/NAME calls is set without its node; '' if there is none."""
+    """Say how to set the ROS parameter called NODE/~NAME or NODE/NAME without its node; '' if there is none."""
     name = text.replace('/~', '/')
     try:
         value = master.getParam(name)

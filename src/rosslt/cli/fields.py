@@ -92,7 +92,7 @@ def path_where(message: Message, path: str, wanted: Dict[str, str]) -> Optional[
 
 
 def values_where(message: Message, path: str, name: str) -> List[Scalar]:
-    """What the things of a message, as of `path_where`, have in the field of a condition; plain.
+    """Collect the plain values that the things of a message, as of `path_where`, have in the field of a condition.
 
     Args:
         path: the path of the field that is asked for, as of `path_where`.
@@ -130,7 +130,7 @@ def _meets(part: Message, wanted: Dict[str, str]) -> bool:
 
 
 def meant_where(wanted: Dict[str, str], seen: Dict[str, Set[Scalar]]) -> str:
-    """What may be meant where conditions have values that nothing has, as of `did_you_mean`.
+    """Suggest values for conditions that no thing meets, as `did_you_mean` does.
 
     Args:
         wanted: the conditions, {field: value as a text}.

@@ -98,7 +98,7 @@ class LinkStream:
         self._listener.clear()
 
     def why_nothing(self, timeout: float) -> str:
-        """As of a Listener."""
+        """Say why nothing has come, as a Listener does."""
         return self._listener.why_nothing(timeout)
 
     def next_before(self, end: float) -> Optional[Heard]:

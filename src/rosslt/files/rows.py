@@ -119,7 +119,7 @@ def operate(elements: List[_Element], index: int, operation: str) -> None:
 
 
 def index_after(index: int, row: int, operation: str) -> Optional[int]:
-    """Where the element of a list is after an operation with one of them; None if that has deleted it.
+    """Return the index of an element of a list after an operation with one of them; None if that has deleted it.
 
     Args:
         index: of the element.
@@ -131,7 +131,8 @@ def index_after(index: int, row: int, operation: str) -> Optional[int]:
 
 
 def index_before(index: int, row: int, operation: str) -> Optional[int]:
-    """Where the element of a list was before an operation with one of them; None if it is the copy that was made.
+    """Return the index of an element of a list before an operation with one of them; None if it is the copy that was
+    made.
 
     Args:
         index: of the element, after the operation.
@@ -255,7 +256,7 @@ def _duplicated(rows: Rows, found: List[Row]) -> str:
 
 
 def _line_break(rows: Rows, found: List[Row]) -> str:
-    """What stands between a row and a copy of it below: a line break and the indentation."""
+    """Return the line break and the indentation between a row and a copy of it below."""
     text, row = rows.text, found[rows.position]
     indentation = _indentation(text, row.start)
     if indentation.strip(' \t'):

@@ -141,7 +141,7 @@ def _rows_of(file: str, text: str, found: _Found) -> rows.Rows:
 
 
 def _end_of(node: yaml.Node) -> int:
-    """Where a node ends; PyYAML has the end of a block behind the blank lines and comments that follow it."""
+    """Return the end of a node; PyYAML has the end of a block behind the blank lines and comments that follow it."""
     while isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         node = node.value[-1]
         if isinstance(node, tuple):
@@ -150,7 +150,7 @@ def _end_of(node: yaml.Node) -> int:
 
 
 def _shape(node: yaml.Node) -> Tuple[object, ...]:
-    """What alike rows have in common."""
+    """Return a text that is equal for alike rows."""
     if isinstance(node, yaml.MappingNode):
         return ('map', sorted(str(key.value) for key, _ in node.value))
     if isinstance(node, yaml.SequenceNode):
@@ -163,7 +163,7 @@ def _is_number(node: yaml.Node) -> bool:
 
 
 def _said(node: Any) -> Iterator[Tuple[object, ...]]:
-    """What YAML says, without places and layout."""
+    """Return the content of a YAML text, without places and layout."""
     if node is None:
         return
     yield (type(node), node.tag, node.value if isinstance(node, yaml.ScalarNode) else len(node.value))

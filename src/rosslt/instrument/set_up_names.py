@@ -1,5 +1,5 @@
-"""What of a program runs once, as its text says; which names of its module are read there alone, and whether each of
-those readings is over.
+"""Find the code of a program that runs once, by its text; the names of its module that are read there alone; and
+whether each of those readings is over.
 
     START_X = -1.0                            class Robot:
     robot = Robot()                               def __init__(self):

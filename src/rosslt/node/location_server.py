@@ -307,8 +307,8 @@ class Owner:
             thread.join(max(0.0, start + AWAITED - time.monotonic()))
 
     def outcome_of(self, request_id: str) -> srv.ChangeSourcesResponse:
-        """Whether this node keeps what a request has changed, once the callbacks that it calls often were called and
-        the main program has gone round its loop; the reason is the exception that one has raised."""
+        """Answer whether this node keeps what a request has changed, once the callbacks that it calls often were called
+        and the main program has gone round its loop; the reason is the exception that one has raised."""
         request = self.history.last_part(request_id)
         if request is None:
             return srv.ChangeSourcesResponse(state=UNKNOWN, reasons=['this node does not know the request'])

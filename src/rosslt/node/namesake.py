@@ -14,8 +14,8 @@ LISTENS = '0A'
 
 
 def where_it_runs(name: str) -> Optional[str]:
-    """Where a node of a full name runs: its process, on which machine, and on this one its command line and its
-    folder; None if none answers."""
+    """Say where a node of a full name runs: its process, its machine, and on this one its command line and its folder;
+    None if none answers."""
     try:
         uri = rosgraph.Master('/rosslt').lookupNode(name)
         pid = int(slave(uri).getPid('/rosslt')[2])

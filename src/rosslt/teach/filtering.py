@@ -61,7 +61,7 @@ class Filter:
         return scaled(lags[0], shares[0]), scaled(lags[1], shares[1])
 
     def _share(self, mean: Sequence[float], unit: float, seconds: float) -> float:
-        """How much of a lag is made up for."""
+        """Return the share of a lag that is made up for."""
         passed = seconds * (1.0 / self._constant + RATE * (math.sqrt(sum(one * one for one in mean)) / unit) ** 3)
         return passed / (1.0 + passed)
 

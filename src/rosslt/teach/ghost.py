@@ -63,7 +63,7 @@ class Ghost:
             self._say(self._planned(handle, pose))
 
     def _planned(self, handle: Handle, pose: PoseTuple) -> str:
-        """What a drag of a thing to a pose would change."""
+        """Return the changes that a drag of a thing to a pose would make."""
         node.directory().learn(values.sources(handle.tracked), TIMEOUT)
         try:
             plan, stop = plan_drag(handle, self._start, pose, self._shared, RESOLUTION, TIMEOUT, self._name_of)

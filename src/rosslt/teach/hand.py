@@ -121,7 +121,7 @@ class Hand:
         return Filter(self._options.smooth) if is_filtered else None
 
     def _moved(self, pose: PoseTuple, before: genpy.Message, now: genpy.Message, seconds: float) -> PoseTuple:
-        """Where the hand has the thing after the next message.
+        """Return the pose to which the hand moves the thing by the next message.
 
         Args:
             pose: where it has had it.

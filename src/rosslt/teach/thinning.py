@@ -47,7 +47,7 @@ def thinned(poses: Sequence[PoseTuple], tolerance: float, lever: float) -> List[
 
 
 def distances(poses: Union[Sequence[PoseTuple], numpy.ndarray], lever: float) -> numpy.ndarray:
-    """How far each of some poses is from the way between the first and the last one, in metres.
+    """Measure how far each of some poses is from the way between the first and the last one, in metres.
 
     On that way, position and rotation change evenly, the rotation by less than half a turn.
 

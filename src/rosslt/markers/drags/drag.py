@@ -160,8 +160,7 @@ def _sources(handle: Handle) -> Dict[values.Source, Any]:
 
 
 def _way(known: Handle, shown: Handle) -> float:
-    """How far a later message shows a thing from where its sources bring it, by what is known of it; 0 if that does not
-    tell."""
+    """Return how far a later message shows a thing from the place that its sources give it; 0 if that is not known."""
     numbers = list(map(float, shown.tracked))
     if len(known.tracked) != len(numbers):
         return 0.0

@@ -55,5 +55,5 @@ class OtherViews:
 
 
 def held_by(who: str) -> str:
-    """What a person is told of a thing that is held elsewhere."""
+    """Tell a person who else holds a thing."""
     return f'held by {who}'

@@ -1,4 +1,5 @@
-"""Which values of its sources bring a thing to a pose, or to one waypoint after the other, without a change of any."""
+"""Finds values of its sources that bring a thing to a pose, or to one waypoint after the other, without changing
+any."""
 
 from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 

@@ -62,7 +62,7 @@ class JointHandle(RobotHandle):
         return ([self._value], [position]) if moved else ([], [])
 
     def turn(self, pose: PoseTuple, near: Optional[float] = None) -> float:
-        """How far a joint that turns has turned at a pose."""
+        """Return the angle by which a joint has turned at a pose."""
         if not self._joint.is_turning:
             return 0.0
         x, y, z, w = product(inverse(self._start.rotation), pose[3:])

@@ -9,7 +9,7 @@ from rosslt.markers.geometry import AXES, IDENTITY, PoseTuple, Rotation, Vector,
 
 
 class Place(NamedTuple):
-    """Where something is.
+    """A place and a rotation in space.
 
     Attributes:
         frame: the link that the rest is relative to.
@@ -25,7 +25,7 @@ class Place(NamedTuple):
 
     @property
     def pose(self) -> PoseTuple:
-        """Where it is, and how it is turned."""
+        """Its position and its orientation."""
         x, y, z = self.position
         return (x, y, z, *normalized(*self.rotation))
 
@@ -57,14 +57,14 @@ class Kinematics:
         self._links: Dict[str, Place] = {}
 
     def joint(self, joint: node.Joint) -> Place:
-        """Where a joint is, for its position 0."""
+        """Return the place of a joint for its position 0."""
         link = self.link(joint.parent)
         position = _plus(link.position, rotate_vector(link.rotation, joint.position))
         rotation = product(link.rotation, turned(joint.roll_pitch_yaw))
         return link._replace(position=position, rotation=rotation)
 
     def link(self, link: str) -> Place:
-        """Where a link is."""
+        """Return the place of a link."""
         way: List[node.Joint] = []
         while link not in self._links:
             joint = self._robot.holding.get(link)
@@ -79,8 +79,8 @@ class Kinematics:
         return self._links[way[0].child if way else link]
 
     def way(self, joint: node.Joint, position: Sequence[float]) -> Tuple[float, ...]:
-        """How fast a joint moves what is at a position along x, y and z, and turns it around them: a column of the
-        Jacobian, in metres and radians for each of its radians or metres."""
+        """Return a column of the Jacobian: the speed with which a joint moves a position along x, y and z, and turns it
+        around them, in metres and radians for each of its radians or metres."""
         start = self.joint(joint)
         x, y, z = axis = rotate_vector(start.rotation, joint.axis)
         if not joint.is_turning:
@@ -99,7 +99,7 @@ def turned(roll_pitch_yaw: Vector) -> Rotation:
 
 
 def behind(start: Place, joint: node.Joint, by: float) -> Place:
-    """Where what hangs on a joint is, given where the joint is, and its position."""
+    """Return the place of the link behind a joint, given the place of the joint and its position."""
     moved_by = (*start.moved_by, joint)
     if joint.is_turning:
         return start._replace(rotation=product(start.rotation, _around(joint.axis, by)), moved_by=moved_by)

@@ -29,7 +29,7 @@ KINDS = {'box': Marker.CUBE, 'cylinder': Marker.CYLINDER, 'sphere': Marker.SPHER
 
 
 class RobotPose:
-    """How a robot stands, as a JointState says.
+    """The pose of a robot, as a JointState gives it.
 
     Args:
         topic: where that was published.
@@ -64,7 +64,7 @@ class RobotPose:
         return position_of(joint, self._positions)
 
     def with_provenance(self, link: str, point: Vector, base: str = '') -> Tuple[List[Any], List[Any]]:
-        """Where a point of a link is, and how it is turned, with the provenance of the joints before it.
+        """Return the position of a point of a link, and its orientation, with the provenance of the joints before it.
 
         Args:
             link: its name.
@@ -100,7 +100,7 @@ class RobotHandle(Handle):
 
     @property
     def limits(self) -> Tuple[Limited, ...]:  # type: ignore[override]
-        """Those of the robot."""
+        """The limits of the robot's joints."""
         return self._pose.limits
 
 
@@ -130,7 +130,7 @@ class LinkHandle(RobotHandle):
 
     @property
     def draws_thing(self) -> bool:  # type: ignore[override]
-        """Whether nobody else draws the robot."""
+        """True if nobody else draws the robot."""
         return self._pose.settings.draws_all
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:
@@ -173,7 +173,7 @@ class LinkHandle(RobotHandle):
         return [kinematics.way(joint, place.position) for joint in joints]
 
     def _place_in(self, kinematics: Kinematics) -> Place:
-        """Where it is grabbed, given the places of its robot."""
+        """Return the place at which it is grabbed, given the places of its robot."""
         place = kinematics.link(self._link)
         offset = rotate_vector(place.rotation, self._grip)
         return place._replace(position=[a + b for a, b in zip(place.position, offset)])

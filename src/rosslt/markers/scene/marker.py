@@ -102,7 +102,8 @@ def scale_handles(
 
 
 def scale_start(marker: Marker, has_points: bool) -> Vector:
-    """Where the sizes of a marker are measured from, in its own coordinates: on no ball of a line or an arrow."""
+    """Return the point from which the sizes of a marker are measured, in its own coordinates: on no ball of a line or
+    an arrow."""
     if not has_points or marker.type == Marker.TRIANGLE_LIST:
         return 0.0, 0.0, 0.0
     ends = marker.points[:1] if marker.type in BODIES_AT_POINTS or marker.type == Marker.POINTS else marker.points[:2]

@@ -29,7 +29,7 @@ class NumbersHandle(Handle):
         return self.tracked, list(pose)
 
     def settled(self, start: PoseTuple, pose: PoseTuple, noise: float) -> PoseTuple:
-        """The same: it is not reported in 32 bits."""
+        """Return the value as it is: it is not reported in 32 bits."""
         return pose
 
     def limited(self, targets: List[float], turn: float) -> Tuple[List[float], str]:

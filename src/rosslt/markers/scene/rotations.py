@@ -29,7 +29,8 @@ def rings_of(orientation: Sequence[Any], rank_of: Optional[RankOf] = None) -> Tu
 
 
 def rings_around(rotation: Rotation, spins: List[Vector]) -> Tuple[Ring, ...]:
-    """As `rings_of`, given how the thing is turned, and the directions in the frame that it can be turned around."""
+    """Return the rings as `rings_of` does, given how the thing is turned, and the directions in the frame that it can
+    be turned around."""
     turned_around, taken = _Span(), _Span()
     count = sum([turned_around.add(spin) for spin in spins])
     rings: List[Ring] = []

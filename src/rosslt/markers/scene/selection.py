@@ -1,4 +1,4 @@
-"""Which handles a view draws, and how: a thing that was clicked has arrows and rings, others have none.
+"""Chooses the handles that a view draws, and how: a thing that was clicked has arrows and rings, others have none.
 
 A thing whose node moves it in x and y, as a robot, while no drag can, has nothing to grab for its height and its sizes:
 it would lie in front of the goal that it has come to. They have handles if all handles are shown.
@@ -119,7 +119,7 @@ class _Part(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """What of a thing decides how its handles are drawn.
+    """The attributes of a thing that decide how its handles are drawn.
 
     Attributes:
         outermost: the level of the body if it can be moved, else that of movable points, else the lowest level.

@@ -16,7 +16,7 @@ NOISE = 1e-12
 def with_provenance(
     joints: Sequence[node.Joint], positions: Sequence[Any], point: Vector
 ) -> Tuple[List[Any], List[Any]]:
-    """Where a point behind joints is, and how it is turned, with the provenance of their positions.
+    """Return the position of a point behind joints, and its orientation, with the provenance of the joints' positions.
 
     The expressions are as short as can be, as they are solved with each step of a drag: the point is carried from joint
     to joint, and what is multiplied by 0 is left out.

@@ -124,7 +124,7 @@ class ChangeRequest:
         return '; '.join(f'{node} raises {what}' for node, what in told.items()) or logged
 
     def outdated(self) -> str:
-        """What in the owners' memory still holds results of the former values, as a sentence; '' if nothing does."""
+        """Say what in the owners' memory still holds results of the former values; '' if nothing does."""
         return told_outdated(aftermath(self.id, self.nodes, self._timeout).outdated)
 
     def take_back(self) -> str:

@@ -362,7 +362,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
 
 
 class Aftermath(NamedTuple):
-    """What became of a request.
+    """The state of a request once its nodes have gone round their loops.
 
     Attributes:
         raised: {node: the exception with which it has taken the change back}.

@@ -231,7 +231,7 @@ class History:
         return (request for request in reversed(self._requests) if not request.undone)
 
     def _to_take_back(self) -> Iterator[Request]:
-        """Those of them that can be, from the latest one."""
+        """Return the changes that can be taken back, from the latest one."""
         return (request for request in self._left() if request.requester != EDITOR)
 
     def _values(self, request: Request, present: Dict[int, Location]) -> Dict[Location, Scalar]:

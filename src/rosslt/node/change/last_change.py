@@ -41,7 +41,7 @@ def taking_part(
 
 
 def to_take_back(changes: Iterable[msg.RecordedChange]) -> List[msg.RecordedChange]:
-    """Those of a node's changes that have not been taken back, and are not taken back in a file."""
+    """Return a node's changes that have not been taken back, and are not taken back in a file."""
     return [one for one in changes if not one.undone and one.change.requester != EDITOR]
 
 

@@ -99,7 +99,8 @@ class Access:
 
 
 def name_in_full(node: str, name: str) -> str:
-    """What has a name in a node, a location or WHOLE, as others know it: a parameter has its full name already."""
+    """Return the name of a location of a node, or of the node for WHOLE, as others know it: a parameter has its full
+    name already."""
     return name if name.startswith('/') else f'{node}/{name}'.rstrip('/')
 
 

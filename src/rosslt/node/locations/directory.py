@@ -102,7 +102,7 @@ class Place(NamedTuple):
 
     @property
     def next_start(self) -> str:
-        """Which of the uses of it take a change at the next start only, as a part of a sentence; '' if none does."""
+        """Say which uses of it take a change at the next start only, as a part of a sentence; '' if none does."""
         return self.location.at_next_start or self.location.plain_copies
 
     @property
@@ -269,7 +269,7 @@ class Directory:
         return [*held, *stays] if is_enough else held
 
     def _willing(self, number: Any) -> Set[values.Source]:
-        """Of the sources of a number that take changes, those that are changed first, by their ranks."""
+        """Return the sources of a number that are changed first, by their ranks, of those that take changes."""
         ranks = {}
         for source in values.sources(number):
             place = self.of(source)
@@ -280,7 +280,7 @@ class Directory:
     def shared(
         self, thing: Sequence[Any], shared: Sequence[Collection[values.Source]], changed: Iterable[values.Source]
     ) -> List[values.Source]:
-        """Those of changed sources that move others as well, although the thing has some of its own, or as one of its
+        """Return the changed sources that move others as well, although the thing has some of its own, or as one of its
         numbers has no other that is changed first, or is one of several from the same sources.
 
         Args:

@@ -82,7 +82,8 @@ def edits_described(
     left: Sequence[Tuple[Location, str]],
     read: Mapping[Location, Tuple[int, int, Any]],
 ) -> srv.ListEditsResponse:
-    """What would write changed values to source files, and what stands there, as a message.
+    """Describe, as a message, the edits that would write changed values to source files, and the values that stand
+    there.
 
     Args:
         edits, left: as of `SourceFiles.edits`.
@@ -117,7 +118,7 @@ def _has_taken(location: Location, said: Scalar) -> bool:
 
 
 def _plain_copies(location: Location, holders: Sequence[str]) -> str:
-    """What takes a change at the next start only, as a sentence; '' if nothing, or if the node looks for changes."""
+    """Say what takes a change at the next start only; '' if nothing, or if the node looks for changes."""
     is_polled = isinstance(location, ParameterLocation) and location.is_polled
     takers = [] if location.changed or is_polled else PLAIN_COPIES.takers_of(location.source)
     told = []

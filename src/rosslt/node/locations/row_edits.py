@@ -61,13 +61,13 @@ def edit_row(directory: Directory, source: values.Source, operation: str, timeou
 
 
 def in_row(place: Place, places: Iterable[Place]) -> List[Place]:
-    """Those of the locations of a node that are in the row of one of them; that one alone if it is in none."""
+    """Return the locations of a node that are in the same row as one of them; that one alone if it is in none."""
     row = place.location.row
     return [one for one in places if one.location.row == row] if row else [place]
 
 
 def _name_of(row: Sequence[Place]) -> str:
-    """What the names of the numbers of a row begin with, `WAYPOINTS_2`; its line if they have no names."""
+    """Return the beginning of the names of the numbers of a row, `WAYPOINTS_2`; its line if they have no names."""
     if not row[0].location.is_named:
         return f'line {row[0].location.line}'
     names = [place.local_name for place in row]
@@ -76,7 +76,7 @@ def _name_of(row: Sequence[Place]) -> str:
 
 
 class RowEdit(NamedTuple):
-    """What is to be written to do something with a row.
+    """The edits of files that do something with a row.
 
     Attributes:
         node: the full name of the row's node.

@@ -1,4 +1,4 @@
-"""What was done with rows of lists in the files of a node, kept so that it can be taken back."""
+"""Keeps a record of what was done with rows of lists in the files of a node, so that it can be taken back."""
 
 import contextlib
 import json
@@ -41,7 +41,7 @@ class LaunchedRow(NamedTuple):
     path: List[Any]
 
     def moved(self, origins: _Origins, index_of: Callable[[int], Optional[int]]) -> _Origins:
-        """Where parameters are given once rows of the list of this one are in other places.
+        """Return the places at which parameters are given once rows of the list of this one are in other places.
 
         Args:
             origins: {full name of a parameter: where it is given}.
@@ -63,7 +63,7 @@ class LaunchedRow(NamedTuple):
 
 
 class RowRecord(NamedTuple):
-    """What was done with a row, and how it is taken back.
+    """A record of what was done with a row, and how it is taken back.
 
     Attributes:
         name: NODE/LOCATION of a number in it.
@@ -113,7 +113,8 @@ def keep_row_record(node: str, record: RowRecord) -> None:
 
 
 def last_row_record(node: str, changes: Sequence[msg.RecordedChange]) -> Optional[RowRecord]:
-    """What was last done with a row of a node, if no change that was not taken back came later; else None.
+    """Return the record of what was last done with a row of a node; None if a change came later that was not taken
+    back.
 
     Args:
         node: its full name.

@@ -18,8 +18,8 @@ _INDEX = re.compile(r'\[\d+\]')
 
 
 class Shared(List[Set[Source]]):
-    """For each number of a thing, those of its sources that move numbers of other things as well, each of which comes
-    from something else besides or instead: what others come from.
+    """The shared sources of each number of a thing: those that move numbers of other things as well, each of which
+    comes from something else besides or instead.
 
     Attributes:
         alike: the sources of those numbers that are one of several: another thing has a number from just the same

@@ -52,7 +52,7 @@ def _outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
 
 
 def _evaluated(numbers: List[Any], present: Mapping[values.Source, Scalar]) -> List[Any]:
-    """What numbers are with the present values; None for one that has no value then."""
+    """Evaluate numbers with the present values; None for one that has no value then."""
     try:
         return list(values.evaluate(numbers, present))
     except Exception:  # a user's operation may raise any
@@ -60,7 +60,7 @@ def _evaluated(numbers: List[Any], present: Mapping[values.Source, Scalar]) -> L
 
 
 def _name_of(slot: Slot) -> str:
-    """What people call a slot."""
+    """Return the name of a slot for people."""
     owner, name = slot.owner(), slot.key
     if isinstance(owner, genpy.Message):
         return f'{name} of a {owner._type}'

@@ -142,7 +142,7 @@ class Parameters:
             self.write(location)
 
     def take_over_unread(self, location: LiteralLocation) -> None:
-        """The same of a literal that nothing has read."""
+        """Start a literal that nothing has read with the value of its parameter, if that is still valid."""
         value = self._kept(location)
         if value is not None:
             location.put(value)
@@ -374,8 +374,8 @@ class Parameters:
 
 
 def kept_of(master: rosgraph.Master, node: str, name: str) -> Optional[Tuple[Tree, Tree]]:
-    """What the code of a node said of a literal, and with which value the next run of the node begins if the code still
-    says so; None if no run has left one."""
+    """Return the value that the code of a node gave a literal, and the value with which the node's next run begins if
+    the code still gives it; None if no run has left one."""
     try:
         value = master.getParam(f'{node}/rosslt/{name}')
         record = read_record(master.getParam(f'{node}/{RECORDS}/{name}'))

@@ -236,7 +236,7 @@ def _keeping(result: Any) -> Any:
 
 
 def _listed(x: Any) -> Any:
-    """What is in lists, tuples and dicts, in one list; anything else as it is."""
+    """Return the parts of lists, tuples and dicts in one list; anything else as it is."""
     if type(x) not in (list, tuple, dict):
         return x
     parts = [_listed(part) for part in (x.values() if type(x) is dict else x)]
@@ -244,14 +244,14 @@ def _listed(x: Any) -> Any:
 
 
 def _relisted(x: Any, parts: Iterator[Any]) -> Any:
-    """The same lists, tuples and dicts with such parts in them."""
+    """Return the same lists, tuples and dicts with other parts in them."""
     if type(x) is dict:
         return {name: _relisted(part, parts) for name, part in x.items()}
     return type(x)([_relisted(part, parts) for part in x]) if type(x) in (list, tuple) else next(parts)
 
 
 def _computed(function: Callable[..., Any], arguments: Any, options: Dict[str, Argument]) -> Any:
-    """What a function gives, with provenance if its arguments have some."""
+    """Call a function; the result has provenance if its arguments have some."""
     if not (_has_provenance((*arguments, *options.values())) and spend(0)):
         return _keeping(function(*arguments, **options))
     start = time.thread_time()
