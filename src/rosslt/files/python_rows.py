@@ -182,7 +182,7 @@ def _call_of(statement: ast.stmt) -> Optional[Tuple[object, ...]]:
 
 
 def _shape(node: ast.expr) -> Tuple[object, ...]:
-    """Return a text that is equal for alike rows."""
+    """Return a tuple that is equal for alike rows."""
     if isinstance(node, ast.Call):
         return ('call', ast.dump(node.func), len(node.args), sorted(str(keyword.arg) for keyword in node.keywords))
     if isinstance(node, (ast.List, ast.Tuple)):

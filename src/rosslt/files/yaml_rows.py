@@ -150,7 +150,7 @@ def _end_of(node: yaml.Node) -> int:
 
 
 def _shape(node: yaml.Node) -> Tuple[object, ...]:
-    """Return a text that is equal for alike rows."""
+    """Return a tuple that is equal for alike rows."""
     if isinstance(node, yaml.MappingNode):
         return ('map', sorted(str(key.value) for key, _ in node.value))
     if isinstance(node, yaml.SequenceNode):
@@ -163,7 +163,7 @@ def _is_number(node: yaml.Node) -> bool:
 
 
 def _said(node: Any) -> Iterator[Tuple[object, ...]]:
-    """Return the content of a YAML text, without places and layout."""
+    """Yield the content of a YAML node, without places and layout."""
     if node is None:
         return
     yield (type(node), node.tag, node.value if isinstance(node, yaml.ScalarNode) else len(node.value))

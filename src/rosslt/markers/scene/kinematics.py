@@ -25,7 +25,7 @@ class Place(NamedTuple):
 
     @property
     def pose(self) -> PoseTuple:
-        """Its position and its orientation."""
+        """The position and the orientation."""
         x, y, z = self.position
         return (x, y, z, *normalized(*self.rotation))
 
