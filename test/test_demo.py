@@ -1,5 +1,6 @@
 """Holds what the demo says if it cannot be shown."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -32,3 +33,14 @@ def test_it_ends_with_the_last_lines_of_a_node_that_dies(master, tmp_path):
     first, *lines = result.stderr.splitlines()
     assert first.startswith('demo: slt_visualization has ended with status 1; the log is '), result.stderr
     assert lines[-1] == "    ModuleNotFoundError: No module named 'sensor_msgs'"
+    assert not processes_with(str(tmp_path)), 'its nodes have ended with it'
+
+
+def processes_with(text):
+    """The command lines of processes that have a text in them."""
+    found = []
+    for file in Path('/proc').glob('[0-9]*/cmdline'):
+        with contextlib.suppress(OSError):
+            line = file.read_text().replace('\0', ' ')
+            found += [line] if text in line else []
+    return found
