@@ -1,7 +1,9 @@
 """Calls of functions of compiled libraries in an unmodified node are recorded, and their objects keep provenance."""
 
+import numpy
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray
+from scipy.spatial.transform import Rotation
 
 from rosslt import values
 from support.shell import rosslt as command
@@ -122,3 +124,21 @@ def test_a_name_without_a_module_is_refused():
     result = command('run', '--pure', 'euclidean', 'scale.py')
     assert result.returncode == 2
     assert "'euclidean' is not the name of a function or class in a module" in result.stderr
+
+
+DRAWING = """
+import numpy
+import rosslt
+from scipy.spatial.transform import Rotation
+
+numpy.random.seed(1)
+made = Rotation.random(rosslt.track(2, rosslt.Source('/node', 1)))
+rosslt.sources(made.as_quat()[0, 0])
+print(made.as_quat()[1, 1], numpy.random.rand())
+"""
+
+
+def test_random_rotations_are_drawn_once(tmp_path):
+    numpy.random.seed(1)
+    printed = f'{Rotation.random(2).as_quat()[1, 1]} {numpy.random.rand()}\n'
+    assert Unmodified(tmp_path, 'drawing', DRAWING.lstrip()).end() == (0, printed, '')

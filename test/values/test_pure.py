@@ -1,9 +1,12 @@
 """Functions and classes of other libraries that compute from their arguments alone keep provenance."""
 
+import abc
 import copy
 import math
 import pickle
+import sys
 
+import numpy
 import pytest
 from scipy import interpolate, linalg
 from scipy.spatial import transform
@@ -131,19 +134,119 @@ def test_an_object_of_more_than_numbers_is_plain_and_works():
     assert kind(1.0).value() == math.sin(1.0)
 
 
-def test_a_subclass_of_a_program_is_its_own():
-    class Mine(Rotation):
-        pass
+@pytest.fixture
+def lost():
+    results = []
+    arrays.LOST.append(lambda result, _: results.append(result))
+    yield results
+    arrays.LOST.pop()
 
+
+class Mine(Rotation):
+    pass
+
+
+def test_a_subclass_of_a_program_is_its_own():
     made = Mine.from_euler('z', track(0.3, YAW))
     assert type(made) is type(made.inv()) is Mine
+    assert Mine.__mro__[1:] == (transform.Rotation, object)
+    assert issubclass(Mine, Rotation)
     assert not isinstance(Rotation.identity(), Mine)
+
+    class Abstract(Rotation, abc.ABC):
+        pass
+
+    assert type(Abstract.identity()) is Abstract
+
+
+@pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_a_subclass_of_a_program_is_copied(copied):
+    made = copied(Mine.from_euler('z', 0.3))
+    assert type(made) is Mine
+    assert made.magnitude() == pytest.approx(0.3)
+
+
+def test_a_class_and_its_methods_are_pickled_as_the_librarys(turned):
+    assert pickle.loads(pickle.dumps(Rotation)) is transform.Rotation
+    assert pickle.loads(pickle.dumps(Rotation.from_quat))([0, 0, 0, 1]).magnitude() == 0.0
+    assert pickle.loads(pickle.dumps(turned.apply))([0, 0, 1]).tolist() == turned.apply([0, 0, 1]).tolist()
+
+
+def test_classes_and_methods_look_like_the_librarys():
+    assert issubclass(transform.Rotation, Rotation)
+    for name in ('apply', 'from_quat'):
+        mine, original = getattr(Rotation, name), getattr(transform.Rotation, name)
+        assert (mine.__name__, mine.__doc__) == (original.__name__, original.__doc__)
+
+
+def test_an_object_with_other_attributes_is_copied_as_usual(turned):
+    slerp = Slerp([0.0, 2.0], Rotation.concatenate([Rotation.identity(), turned]))
+    assert sources(copy.copy(slerp)(0.5).magnitude()) == [YAW]
+    slerp.log, slerp.notes = sys.stdout, [1.0]
+    for other in (copy.copy(slerp), arrays.unkept(slerp)):
+        assert (other.log, other.notes) == (sys.stdout, slerp.notes)
+        assert other.notes is slerp.notes
+        assert other(0.5).magnitude() == pytest.approx(0.075)
+    with pytest.raises(TypeError, match='cannot pickle'):
+        pickle.dumps(slerp)
+
+
+def test_a_plain_object_that_is_carried_on_is_the_same():
+    plain = Rotation.identity(3)
+    assert arrays.unkept(plain) is plain
+
+
+def test_random_numbers_are_drawn_once():
+    kind = arrays.pure_class(transform.Rotation, ['random'])
+    drawn = []
+    for of in (transform.Rotation, kind):
+        generator = numpy.random.RandomState(1)
+        made = of.random(track(2, REACH), generator)
+        sources(made.as_quat()[0, 0])
+        drawn.append((made.as_quat().tolist(), generator.rand()))
+    assert drawn[0] == drawn[1]
+    assert type(made) is kind
+
+
+def test_a_function_is_called_once_if_its_result_is_not_numbers():
+    calls = []
+
+    def called(number):
+        calls.append(number)
+        return Rotation.identity(), Holder(number)
+
+    arrays.pure(called)(track(1.0, YAW))
+    assert calls == [1.0]
+
+
+def test_a_result_is_plain_if_the_function_writes_to_arguments(lost):
+    matrix, right = arrays.of_list([[track(2.0, YAW), 1.0], [0.5, 3.0]], float), numpy.array([1.0, 2.0])
+    solve_there = arrays.pure(linalg.solve)
+    assert is_tracked(solve_there(matrix, right))
+    made = solve_there(matrix, right, overwrite_b=True)
+    assert made.tolist() == right.tolist() == linalg.solve([[2.0, 1.0], [0.5, 3.0]], [1.0, 2.0]).tolist()
+    assert not is_tracked(made)
+    assert lost[0] is made
+    unit = arrays.of_list([[track(1.0, YAW), 0.0], [0.0, 3.0]], float).copy('F')
+    assert not is_tracked(arrays.pure(linalg.inv)(unit, True))
+
+
+def test_what_a_function_may_write_to_is_its_own_in_each_call():
+    matrix, right = arrays.of_list([[track(2.0, YAW), 1.0], [0.5, 3.0]], float), numpy.arange(4.0)[::2]
+    made = arrays.pure(linalg.solve)(matrix, right, overwrite_b=True)
+    for first in (4.0, 5.0, 4.0):
+        assert evaluate(made[0], {YAW: first}) == pytest.approx(linalg.solve([[first, 1.0], [0.5, 3.0]], [0, 2])[0])
 
 
 def test_functions_take_arrays():
     made = arrays.pure(linalg.expm)(arrays.of_list([[0.0, track(-0.3, YAW)], [0.3, 0.0]], float))
     assert evaluate(made[0, 1], {YAW: 0.0}) == 0.0
     assert made.tolist() == linalg.expm([[0.0, -0.3], [0.3, 0.0]]).tolist()
+
+
+def test_a_range_among_the_arguments_keeps_provenance():
+    _, made, _ = arrays.pure(interpolate.splrep)(range(4), [track(2.0, REACH), 1.0, 0.0, 1.0], s=0)
+    assert evaluate(made[0], {REACH: 7.0}) == pytest.approx(7.0)
 
 
 def test_errors_are_those_of_the_library(turned):

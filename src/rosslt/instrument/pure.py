@@ -17,6 +17,9 @@ TABLE = {
     'scipy.spatial.transform': 'Rotation Slerp',
 }
 
+DRAWING = {'Rotation': ('random',)}
+"""The methods that draw random numbers, by class: the program draws the next ones."""
+
 
 def keep_provenance(names: Iterable[str] = ()) -> None:
     """Have nodes get what is in the table, and what is named besides, as ones that keep provenance.
@@ -40,7 +43,7 @@ def _counterpart_with(names: Set[str]) -> Callable[[types.ModuleType], Any]:
         for name in sorted(names):
             thing, why = getattr(original, name, None), ''
             if isinstance(thing, type) and arrays.can_keep(thing):
-                others[name] = arrays.pure_class(thing)
+                others[name] = arrays.pure_class(thing, DRAWING.get(name, ()))
                 cells.strip_by(others[name], arrays.unkept)
             elif callable(thing) and not isinstance(thing, type):
                 others[name] = arrays.pure(thing)

@@ -25,7 +25,7 @@ _NUMBERS = (float, int, numpy.generic)
 
 #: What a function may take beside arrays and lists and be called again with: most are of these classes themselves.
 _CONSTANTS = {type(getattr(numpy, '_NoValue', None)), type(None), type(Ellipsis), bool, int, float, str, slice}
-_KINDS_OF_CONSTANTS = (int, float, str, type, numpy.dtype, numpy.generic)
+_KINDS_OF_CONSTANTS = (int, float, str, range, type, numpy.dtype, numpy.generic)
 
 ARRAYS = frozenset({numpy.ndarray, TrackedArray, list, tuple})
 """The classes of operands that are computed element by element."""

@@ -5,18 +5,22 @@ quaternions. These keep their provenance beside the object. So a call with objec
 `calling`: to be evaluated, objects are made of other numbers, and the same function is called with them.
 """
 
+import abc
+import contextlib
 import copy
+import copyreg
+import functools
 import math
 import time
 import types
 import weakref
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, NamedTuple, Tuple
 
 import numpy
 
 from ..recording import OPERATION, spend
 from ..tracked import TRACKED
-from .calling import call
+from .calling import LOST, call
 from .functions import replacing
 from .numbers import NUMPY_NUMBERS, PYTHON_NUMBERS, python_number
 from .tracked_array import Argument, TrackedArray, holds_tracked, plain
@@ -53,7 +57,15 @@ _CONSTANTS = {bool, int, str, bytes, type(None), _Block}
 
 
 class _Unrecorded(ArithmeticError):
-    """A call cannot be recorded: it changes an object, or one is made of more than numbers."""
+    """A call cannot be recorded: it changes an argument, or an object is made of more than numbers.
+
+    Args:
+        results: what the function has given, if it was called with the program's own arguments.
+    """
+
+    def __init__(self, reason: str, *results: Any) -> None:
+        super().__init__(reason)
+        self.results = results
 
 
 def can_keep(kind: Any) -> bool:
@@ -213,12 +225,22 @@ def _has_provenance(x: Argument) -> bool:
     return getattr(x, _NUMBERS, None) is not None if type(x) in _KEEPING else holds_tracked(x)
 
 
-def _objects_in(x: Argument) -> Iterator[Any]:
-    if type(x) in (list, tuple):
-        for part in x:
-            yield from _objects_in(part)
-    elif type(x) in _KEEPING:
-        yield x
+def _objects_in(x: Argument) -> List[Any]:
+    return [one for one in _listed([x]) if type(one) in _KEEPING]
+
+
+def _arrays_in(x: Argument) -> List[Any]:
+    return [one for one in _listed([x]) if isinstance(one, numpy.ndarray)]
+
+
+def _write_to(arrays: List[Any], before: List[bytes], results: List[Any]) -> bool:
+    """Return True if a function has written to arrays that it was given, or has put its results there.
+
+    Args:
+        before: the bytes of the arrays before the call.
+    """
+    shared = any(numpy.may_share_memory(array, result) for array in arrays for result in results)
+    return shared or [array.tobytes() for array in arrays] != before
 
 
 def _keeping(result: Any) -> Any:
@@ -229,10 +251,21 @@ def _keeping(result: Any) -> Any:
     keeping = _KEEPING.get(kind, kind)
     if keeping is kind:
         return result
-    made = keeping.__new__(keeping)
-    _set_state(made, kind, _state_of(result, kind))
-    _keep(made, None)
+    return _with_state_of(result, keeping, kind)
+
+
+def _with_state_of(thing: Any, kind: Any, library: Any) -> Any:
+    """An object of a class with the state of another one, without provenance."""
+    made = kind.__new__(kind)
+    _set_state(made, library, _state_of(thing, library))
+    if kind is not library:
+        _keep(made, None)
     return made
+
+
+def _as_of_library(thing: Any) -> Any:
+    library = _library_class(type(thing))
+    return _with_state_of(thing, library, library)
 
 
 def _listed(x: Any) -> Any:
@@ -259,15 +292,22 @@ def _computed(function: Callable[..., Any], arguments: Any, options: Dict[str, A
 
     def again(*parts: Any, **named: Any) -> Any:
         given, given_by_name = _together(parts, form), _together(named, form_of_named)
-        objects = list(_objects_in((*given, *given_by_name.values())))
-        before = [_numbers_of(one) for one in objects]
+        if results:  # it may write to these
+            return _listed(_apart(function(*copy.deepcopy(given), **copy.deepcopy(given_by_name)))[0])
+        objects, arrays = _objects_in((given, given_by_name)), _arrays_in((parts, named))
+        before, bytes_before = list(map(_numbers_of, objects)), [array.tobytes() for array in arrays]
         called = time.thread_time()
         result = function(*given, **given_by_name)
         taken = time.thread_time() - called
-        if [_numbers_of(one) for one in objects] != before:
-            raise _Unrecorded('it changes its arguments')
-        made, form_of_result = _apart(result)
-        results[:] = results or [(made, form_of_result, taken)]
+        if repr(list(map(_numbers_of, objects))) != repr(before):
+            raise _Unrecorded('it changes an object')
+        if _write_to(arrays, bytes_before, _arrays_in(result)):
+            raise _Unrecorded('it writes to its arguments', result)
+        try:
+            made, form_of_result = _apart(result)
+        except _Unrecorded as unrecorded:
+            raise _Unrecorded(str(unrecorded), result) from None
+        results.append((made, form_of_result, taken))
         return _listed(made)
 
     again.__name__ = getattr(function, '__qualname__', again.__name__)
@@ -275,8 +315,11 @@ def _computed(function: Callable[..., Any], arguments: Any, options: Dict[str, A
         parts, form = _apart(arguments)
         named, form_of_named = _apart(options)
         made = call(again, parts, named)
-    except _Unrecorded:
-        return _keeping(function(*arguments, **options))
+    except _Unrecorded as unrecorded:
+        result = unrecorded.results[0] if unrecorded.results else function(*arguments, **options)
+        for tell in LOST:
+            tell(result, (arguments, options))
+        return _keeping(result)
     shown, form_of_result, taken = results[0]
     result = _together(_relisted(shown, iter(made if type(made) is list else [made])), form_of_result, True)
     # What the function takes is the program's.
@@ -297,38 +340,41 @@ def pure(function: Callable[..., Any]) -> Any:
     return called
 
 
-def pure_class(library: Any) -> Any:
-    """The subclass of a class whose objects keep what they were made of. Objects of the class count as some of it.
+def pure_class(library: Any, unrecorded: Collection[str] = ()) -> Any:
+    """The subclass of a class whose objects keep what they were made of. Objects of the class count as some of it, and
+    a subclass that a program makes of it is one of the class.
 
     Its methods are to compute from the object and their arguments alone. One that changes the object does so, and the
     object is plain from then on.
 
     Args:
         library: a class for which `can_keep` is true.
+        unrecorded: the names of methods that must not be called again, as they draw random numbers.
     """
     above: Any = type(library)
 
     def make(cls: Any, *arguments: Argument, **options: Argument) -> Any:
-        return _computed(library, arguments, options) if cls is keeping else above.__call__(cls, *arguments, **options)
+        return _computed(library, arguments, options)
 
-    def is_instance(cls: Any, thing: object) -> bool:
-        return isinstance(thing, library) if cls is keeping else above.__instancecheck__(cls, thing)
+    def new(_: Any, name: str, bases: Tuple[type, ...], names: Dict[str, Any], **options: Any) -> Any:
+        return above(name, tuple([library if base is keeping else base for base in bases]), names, **options)
 
     def of_object(function: Any) -> Any:
         def method(self: Any, *arguments: Argument, **options: Argument) -> Any:
             if type(self) is keeping:
                 return _computed(function, (self, *arguments), options)
-            return function(self, *arguments, **options)  # of a subclass of the program
+            return function(self, *arguments, **options)
 
-        return replacing(method)(method)
+        return functools.wraps(function, updated=())(method)
 
-    def of_class(function: Any) -> Any:
-        def method(cls: Any, *arguments: Argument, **options: Argument) -> Any:
-            if cls is keeping:
-                return _computed(function.__get__(None, library), arguments, options)
-            return function.__get__(None, cls)(*arguments, **options)
+    def of_class(name: str, function: Any) -> Any:
+        def method(_: Any, *arguments: Argument, **options: Argument) -> Any:
+            called = function.__get__(None, library)
+            if name in unrecorded:
+                return _keeping(called(*plain(arguments), **plain(options)))
+            return _computed(called, arguments, options)
 
-        return classmethod(method)
+        return classmethod(functools.wraps(function.__get__(None, library), updated=())(method))
 
     names: Dict[str, Any] = {
         '__slots__': (_NUMBERS, '__weakref__')[: 1 if library.__weakrefoffset__ else 2],
@@ -336,30 +382,43 @@ def pure_class(library: Any) -> Any:
         '__module__': library.__module__,
         '__qualname__': library.__qualname__,
         '__copy__': _copied,
-        '__deepcopy__': lambda self, _: _copied(self),
-        '__reduce_ex__': lambda self, _: (copy.copy, (_together(*_apart(self)),)),  # as an object of the library
+        '__deepcopy__': lambda self, known: _copied(self, lambda thing: copy.deepcopy(thing, known)),
+        '__reduce_ex__': lambda self, _: (copy.copy, (_as_of_library(self),)),
     }
     for base in reversed(library.__mro__[:-1]):
         for name, thing in vars(base).items():
             if name in _OPERATORS or not name.startswith('_'):
                 if isinstance(thing, (classmethod, types.ClassMethodDescriptorType)):
-                    names[name] = of_class(thing)
+                    names[name] = of_class(name, thing)
                 elif isinstance(thing, staticmethod):
                     names[name] = staticmethod(pure(thing.__func__))
                 elif callable(thing) and not isinstance(thing, type):
                     names[name] = of_object(thing)
     above_all: Any = type(above)
-    namespace = {'__call__': make, '__instancecheck__': is_instance}
-    keeping: Any = above_all(above.__name__, (above,), namespace)(library.__name__, (library,), names)
+    namespace = {
+        '__call__': make,
+        '__instancecheck__': lambda _, thing: isinstance(thing, library),
+        '__subclasscheck__': lambda _, kind: issubclass(kind, library),
+    }
+    # A program may derive a class from this one and from an abstract one.
+    above_it = abc.ABCMeta if above is type else above
+    kind_of_keeping = above_all(above.__name__, (above_it,), namespace)
+    keeping: Any = kind_of_keeping(library.__name__, (library,), names)
+    kind_of_keeping.__new__ = new
+    copyreg.pickle(kind_of_keeping, lambda _: (copy.copy, (library,)))
     _KEEPING.update({library: keeping, keeping: keeping})
     return keeping
 
 
-def _copied(thing: Any) -> Any:
-    numbers, form = _apart(thing)
-    return _together(numbers.copy(), form, True)
+def _copied(thing: Any, copied: Callable[[Any], Any] = copy.copy) -> Any:
+    made = _keeping(copied(_as_of_library(thing)))
+    with contextlib.suppress(_Unrecorded):  # the program has given it other attributes
+        if _has_provenance(thing):
+            numbers = _apart(thing)[0]
+            _keep(made, numbers.copy() if holds_tracked(numbers) else None)
+    return made
 
 
 def unkept(thing: Any) -> Any:
-    """An object without what it was made of."""
-    return _keeping(_together(*_apart(thing)))
+    """An object without what it was made of; itself if that is plain."""
+    return _keeping(_as_of_library(thing)) if _has_provenance(thing) else thing
