@@ -257,11 +257,13 @@ while not rospy.is_shutdown():
 
 def test_a_default_of_a_parameter_that_is_set_has_no_effect(master, tmp_path):
     with Unmodified(tmp_path, 'behind', BEHIND):
+        wait_until(lambda: 'SPEED' in rosslt('list', '/behind').stdout, 'it has begun')
         wait_until(lambda: 'takes effect at the next start' in late('/behind').get('SPEED', ''), 'the first round')
         rosslt('set', '/behind/~speed', '2.5')
         said = 'has no effect while the parameter /behind/speed is set, whose default it is'
         wait_until(lambda: late('/behind')['SPEED'] == said, 'the parameter to be set')
     with Unmodified(tmp_path, 'behind', BEHIND):
+        wait_until(lambda: 'SPEED' in rosslt('list', '/behind').stdout, 'it has begun again')
         wait_until(lambda: late('/behind').get('SPEED') == said, 'the first round of another run')
         assert rosslt('set', '/behind/SPEED', '3').stderr == f'rosslt set: it {said}\n'
 

@@ -26,6 +26,7 @@ class Leg:
     def __init__(self, index):
         self.itself = self  # until garbage is collected
         self.end = WAYPOINTS[index]
+        self.place = Point(*self.end, 0.0)
 
 
 class Robot:
@@ -54,7 +55,7 @@ while not rospy.is_shutdown():
         places.publish(made)
 """
 
-KEPT = 'end of /patrol still holds what was made of the former value, until the node makes it again'
+KEPT = 'end and place.{} of /patrol still hold what was made of the former value, until the node makes it again'
 
 
 @contextlib.contextmanager
@@ -72,9 +73,9 @@ def told(*words):
 
 def test_the_target_of_a_leg_that_has_begun_is_named(hearing, tmp_path):
     with patrolling(tmp_path):
-        assert told('set', '/patrol/WAYPOINTS_1_0', '2.0') == f'rosslt set: {KEPT}'
+        assert told('set', '/patrol/WAYPOINTS_1_0', '2.0') == f'rosslt set: {KEPT}'.format('x')
         assert hearing('/goal', Point).next().x == 1.5, 'as it was said'
-        assert told('force', '/places/pose/position/y', '3.5', '--where', 'id=1') == f'rosslt force: {KEPT}'
+        assert told('force', '/places/pose/position/y', '3.5', '--where', 'id=1') == f'rosslt force: {KEPT}'.format('y')
         assert told('reset', '/patrol/WAYPOINTS_1_0') == '', 'it is as the target has it'
 
 
@@ -92,7 +93,7 @@ def test_what_nothing_refers_to_any_more_is_not_named(hearing, tmp_path):
         goals.next(lambda goal: goal.x == 3.0)
         following.unregister()
         assert told('set', '/patrol/WAYPOINTS_1_0', '2.0') == ''
-        assert told('set', '/patrol/WAYPOINTS_2_0', '2.0') == f'rosslt set: {KEPT}'
+        assert told('set', '/patrol/WAYPOINTS_2_0', '2.0') == f'rosslt set: {KEPT}'.format('x')
 
 
 def test_a_drag_tells_it(hand, tmp_path):
@@ -101,6 +102,7 @@ def test_a_drag_tells_it(hand, tmp_path):
         hand.drag('/places::1', dx=1.0)
         note = '/places::1:note'
         wait_until(
-            lambda: note in hand.names() and KEPT in hand.marker(note).controls[0].markers[0].text.replace('\n', ' '),
+            lambda: note in hand.names()
+            and KEPT.format('x') in hand.marker(note).controls[0].markers[0].text.replace('\n', ' '),
             'it is told',
         )

@@ -304,8 +304,8 @@ class Examination:
                     NOTE, f'{publisher} has sent nothing yet; it is latched: each subscriber gets its last one'
                 )
                 return
-            silent = f'{publisher} sends nothing {within}: '
-            once = 'a message that was published once, without latch=True, does not reach later subscribers'
+            silent = f'{publisher} sends nothing {within}: its code has published nothing meanwhile, or once before: '
+            once = 'without latch=True, that does not reach later subscribers'
             yield Finding(FAULT, f'{publisher}: {why}' if why else silent + once)
         elif not (sent.whole or sent.sampled):
             zero = self._losses.why_zero(publisher, topic, sent.type.rpartition('/')[2]) if sent.is_zero else ''

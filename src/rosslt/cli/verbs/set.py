@@ -45,5 +45,5 @@ def run(options: argparse.Namespace) -> None:
         print(f'rosslt set: it {place.location.at_next_start}', file=sys.stderr)
     elif place.location.plain_copies:
         print(f'rosslt set: {place.location.plain_copies}; what else uses it follows', file=sys.stderr)
-    if outdated:
+    if outdated and not place.location.at_next_start:
         print(f'rosslt set: {outdated}', file=sys.stderr)

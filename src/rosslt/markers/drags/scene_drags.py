@@ -232,6 +232,7 @@ class Drags:
                 self._scene.let_go(name)
             else:
                 self._scene.say(drag.handle, f'changed; {why}' if why else 'changed, but not shown yet')
+                self._background.call_soon(functools.partial(self._say_outdated, drag))
         elif drag.is_exact and not drag.went_on and drop.is_elsewhere and self._is_in_force(drag):
             parts = ['its node shows it elsewhere than it was dropped, and computes it in another way']
             if drag.refusal:
@@ -241,7 +242,7 @@ class Drags:
             self._background.call_soon(functools.partial(self._say_outdated, drag))
 
     def _say_outdated(self, drag: Drag) -> None:
-        """Say what a drag does not reach although its thing has followed: a target, say, that its node has read."""
+        """Say what still has the former value: a target, say, that its node has read."""
         told = drag.request.outdated()
         if told:
             self._scene.say(drag.handle, told)

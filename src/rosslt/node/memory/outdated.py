@@ -1,15 +1,16 @@
 """Finds what a node has made of its locations in a round, and goes on with after they have changed: the target of a leg
 that has begun, a message that it sends again."""
 
+import contextlib
 import gc
 import types
-from typing import Any, List, Mapping, Tuple
+from typing import Any, Dict, List, Mapping, Sequence
 
 import genpy
 
 from rosslt import values
 from rosslt.messages import Scalar
-from rosslt.node.memory.walk import Slot, Walk, numbers_in
+from rosslt.node.memory.walk import Slot, Walk, items_of, numbers_in
 
 #: The maximal number of tracked numbers that are looked at: of more, the node would notice the time that it takes.
 MOST_NUMBERS = 20000
@@ -22,7 +23,7 @@ def outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
         present: the values that the sources have.
 
     Returns:
-        Each name once: `target`, `x of a geometry_msgs/Point`; none if the node has more than MOST_NUMBERS.
+        Each name once: `target`, `goal.x` of a message; none if the node has more than MOST_NUMBERS.
     """
     if not _outdated(present):
         return []
@@ -32,23 +33,21 @@ def outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
 
 def _outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
     walk = Walk(has_sent=False)
-    held: List[Tuple[str, Any]] = [(_name_of(slot), slot.value) for slot in walk.slots]
-    numbers = numbers_in([value for _, value in held])
+    numbers = numbers_in([slot.value for slot in walk.slots])
     referred = [(reference(), noted) for reference, noted in walk.arrays]
     arrays = [(array, noted) for array, noted in referred if array is not None]
     if len(numbers) + sum(array.size for array, _ in arrays) > MOST_NUMBERS:
         return []
-    for array, noted in arrays:
-        elements = tuple(element for _, element in noted.unwritten(array))
-        held.append(('an array', elements))
-        numbers += elements
+    of_arrays = [element for array, noted in arrays for _, element in noted.unwritten(array)]
+    numbers += of_arrays
     former = {
         id(number)
         for number, other in zip(numbers, _evaluated(numbers, present))
         if not values.is_same(values.plain_scalar(number), other)
     }
-    found = (name for name, value in held if any(id(number) in former for number in numbers_in([value])))
-    return list(dict.fromkeys(found))
+    found = _names([slot for slot in walk.slots if any(id(one) in former for one in numbers_in([slot.value]))])
+    in_arrays = ['an array'] if any(id(element) in former for element in of_arrays) else []
+    return list(dict.fromkeys([*found, *in_arrays]))
 
 
 def _evaluated(numbers: List[Any], present: Mapping[values.Source, Scalar]) -> List[Any]:
@@ -59,11 +58,34 @@ def _evaluated(numbers: List[Any], present: Mapping[values.Source, Scalar]) -> L
         return [None] if len(numbers) == 1 else [one for number in numbers for one in _evaluated([number], present)]
 
 
-def _name_of(slot: Slot) -> str:
-    """Return the name of a slot for people."""
-    owner, name = slot.owner(), slot.key
+def _names(slots: Sequence[Slot]) -> List[str]:
+    """Return the names of slots for people."""
+    owners = [slot.owner() for slot in slots]
+    messages = {id(owner): owner for owner in owners if isinstance(owner, genpy.Message)}
+    called: Dict[int, str] = {}
+    for holder in gc.get_referrers(*messages.values()) if messages else ():
+        for name, thing in items_of(_attributes_of(holder)):
+            if id(thing) in messages and type(name) is str:
+                called[id(thing)] = name
+    return [_name_of(owner, slot.key, called.get(id(owner), '')) for owner, slot in zip(owners, slots)]
+
+
+def _attributes_of(holder: Any) -> Any:
+    if type(holder) is dict:
+        return holder
+    with contextlib.suppress(AttributeError):
+        return object.__getattribute__(holder, '__dict__')
+    return {}
+
+
+def _name_of(owner: Any, name: Any, called: str) -> str:
+    """Return the name of a slot for people.
+
+    Args:
+        called: the name of what holds the owner, if the owner is a message; '' if it is not known.
+    """
     if isinstance(owner, genpy.Message):
-        return f'{name} of a {owner._type}'
+        return f'{called}.{name}' if called else f'{name} of a {owner._type}'
     if type(name) is str and type(owner) is not types.FunctionType:
         return name
     return f'a {type(owner).__name__}'
