@@ -10,29 +10,31 @@ import genpy
 
 from rosslt import values
 from rosslt.messages import Scalar
+from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.memory.walk import Slot, Walk, items_of, numbers_in
 
 #: The maximal number of tracked numbers that are looked at: of more, the node would notice the time that it takes.
-MOST_NUMBERS = 20000
+MOST_NUMBERS = 5000
 
 
 def outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
     """Name what in this node's memory holds results of other values of sources.
 
     Args:
-        present: the values that the sources have.
+        present: the values that the sources have. Those that arrays wait for are passed over, as that is said of them.
 
     Returns:
         Each name once: `target`, `goal.x` of a message; none if the node has more than MOST_NUMBERS.
     """
-    if not _outdated(present):
+    present = {source: value for source, value in present.items() if source not in MEMORY.held_back}
+    if not present or not _outdated(present):
         return []
     gc.collect()  # what nothing refers to any more may be among them
     return _outdated(present)
 
 
 def _outdated(present: Mapping[values.Source, Scalar]) -> List[str]:
-    walk = Walk(has_sent=False)
+    walk = Walk(has_sent=False, most=MOST_NUMBERS)
     numbers = numbers_in([slot.value for slot in walk.slots])
     referred = [(reference(), noted) for reference, noted in walk.arrays]
     arrays = [(array, noted) for array, noted in referred if array is not None]

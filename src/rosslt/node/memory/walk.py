@@ -10,6 +10,7 @@ import collections
 import functools
 import gc
 import itertools
+import math
 import sys
 import threading
 import types
@@ -57,6 +58,7 @@ class Walk:
 
     Args:
         has_sent: look also into messages that nothing of the node's own refers to: latched ones, those on their way.
+        most: end once there are more slots than this.
 
     Attributes:
         slots: the places that hold something tracked.
@@ -65,7 +67,7 @@ class Walk:
         holders: what the node's own things refer to, is not looked into, and is made of tracked numbers.
     """
 
-    def __init__(self, has_sent: bool = True) -> None:
+    def __init__(self, has_sent: bool = True, most: float = math.inf) -> None:
         self._has_sent = has_sent
         self.slots: List[Slot] = []
         self.arrays: List[Tuple[Reference, Any]] = []
@@ -93,7 +95,7 @@ class Walk:
         kinds = {number for number, kind in self._kinds.items() if self._may_be_root(kind)}
         self._waiting += [thing for thing in objects if id(type(thing)) in kinds and self._is_root(thing)]
         del objects
-        while self._waiting:
+        while self._waiting and len(self.slots) <= most:
             thing = self._waiting.pop()
             if id(thing) not in self._seen:
                 self._seen.add(id(thing))
