@@ -53,8 +53,18 @@ rospy.spin()
 """
 
 
-@pytest.mark.parametrize(('code', 'height'), [(CLOUD, 'height'), (STRIP, '~height')], ids=['cloud', 'strip'])
-def test_a_node_that_floods_answers(master, tmp_path, code, height):
+KEPT = (
+    'rosslt set: z of a geometry_msgs/{} of /flooding still holds what was made of the former value, until the node '
+    'makes it again\n'
+)
+
+
+@pytest.mark.parametrize(
+    ('code', 'height', 'kind'),
+    [(CLOUD, 'height', 'Point32'), (STRIP, '~height', 'Point')],
+    ids=['cloud', 'strip'],
+)
+def test_a_node_that_floods_answers(master, tmp_path, code, height, kind):
     with Unmodified(tmp_path, 'flooding', code.lstrip()), Listener('flood_count', Int32) as count:
         # While nobody hears of it, it grows much faster.
         count.comes(lambda message: message.data > 2 * FIELD_LIMIT / 3)
@@ -62,6 +72,7 @@ def test_a_node_that_floods_answers(master, tmp_path, code, height):
         for wanted in ('0.5', '0.75'):
             result = command('set', '/flooding/' + height, wanted)
             assert result.returncode == 0, result.stderr
+            assert result.stderr in ('', KEPT.format(kind)), 'its former points have the former height'
         result = command('explain', '/flood/points[3].z', '--timeout', '60')
         assert result.returncode == 0, result.stderr
         assert f'/flooding/{height}' in result.stdout

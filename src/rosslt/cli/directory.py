@@ -59,13 +59,14 @@ def change(
         raise Failure('; '.join(reasons)) from None
     except node.SourceUnreachable as error:
         raise cannot_reach(master, *next(iter(error.silent.items()))) from None
-    after = node.aftermath(request_id, {source.node for source in changed}, TIMEOUT)
-    told = [f'{name} raises {what}; taken back' for name, what in after.raised.items()]
-    for name, reason in after.silent.items():
+    nodes = {source.node for source in changed}
+    raised, silent = node.raised_after(request_id, nodes, TIMEOUT)
+    told = [f'{name} raises {what}; taken back' for name, what in raised.items()]
+    for name, reason in silent.items():
         told.append(f'{name} has taken the change, and does not answer since: {problem_of(master, name) or reason}')
     if told:
         raise Failure('; '.join(told))
-    return changed, node.told_outdated(after.outdated)
+    return changed, node.outdated_after(request_id, nodes, TIMEOUT)
 
 
 def cannot_reach(master: rosgraph.Master, name: str, reason: str) -> Failure:

@@ -35,11 +35,11 @@ from rosslt.node.change.client import (
     Requester,
     SourceUnreachable,
     Undone,
-    aftermath,
     force_value,
+    outdated_after,
+    raised_after,
     reevaluate,
     request_values,
-    told_outdated,
     undo,
     undo_request,
 )

@@ -319,7 +319,12 @@ class Owner:
             self._calls.wait_since(request.at, lambda: request.undone, lambda: main.is_over and not self.main_ends)
         if request.undone and request.raised:
             return srv.ChangeSourcesResponse(state=ABORTED, reasons=[request.raised])
-        return srv.ChangeSourcesResponse(state=APPLIED, outdated=outdated(request.present()))
+        return srv.ChangeSourcesResponse(state=APPLIED)
+
+    def outdated_by(self, request_id: str) -> List[str]:
+        """Name what in this node's memory still holds results of the values before a request."""
+        request = self.history.last_part(request_id)
+        return [] if request is None else outdated(request.present())
 
     def _hold(self, value: object, least: int, greatest: int) -> None:
         """Limit a location to the numbers that its field in a message can hold: rospy ends a node that sends others."""

@@ -12,7 +12,15 @@ from typing import Any, Dict, Mapping, Optional, Sequence, Set
 import rospy
 
 from rosslt import messages, values
-from rosslt.node.change.client import Asker, Change, aftermath, reevaluate, request_values, told_outdated, undo_request
+from rosslt.node.change.client import (
+    Asker,
+    Change,
+    outdated_after,
+    raised_after,
+    reevaluate,
+    request_values,
+    undo_request,
+)
 from rosslt.node.change.history import new_request_id
 from rosslt.values import Source
 
@@ -120,12 +128,13 @@ class ChangeRequest:
         Args:
             logged: what the log says of it, as `NodeErrors` has it; returned if no owner has taken anything back.
         """
-        told = aftermath(self.id, self.nodes, self._timeout).raised
+        told, _ = raised_after(self.id, self.nodes, self._timeout)
         return '; '.join(f'{node} raises {what}' for node, what in told.items()) or logged
 
     def outdated(self) -> str:
-        """Say what in the owners' memory still holds results of the former values; '' if nothing does."""
-        return told_outdated(aftermath(self.id, self.nodes, self._timeout).outdated)
+        """Say what in the owners' memory holds results of the former values after a round; '' if nothing."""
+        raised_after(self.id, self.nodes, self._timeout)
+        return outdated_after(self.id, self.nodes, self._timeout)
 
     def take_back(self) -> str:
         """Give all sources the values that they had before; the reason if that is not done, else ''."""

@@ -19,6 +19,7 @@ from typing import (
     Optional,
     Protocol,
     Sequence,
+    Tuple,
     TypeVar,
 )
 
@@ -26,7 +27,7 @@ from rosslt import msg, srv, values
 from rosslt.messages import Scalar
 from rosslt.node.api import started
 from rosslt.node.change.commit_coordinator import Part, commit
-from rosslt.node.change.commit_participant import ABORTED, APPLIED, ASK
+from rosslt.node.change.commit_participant import ABORTED, APPLIED, ASK, OUTDATED
 from rosslt.node.change.history import NOTHING_TO_UNDO, new_request_id
 from rosslt.node.change.subscriber_calls import AWAITED
 from rosslt.node.json_scalars import Refused, from_json, to_json
@@ -361,21 +362,7 @@ def undo_request(request_id: str, nodes: Iterable[str], requester: str, timeout:
     return Undone(outcome.changes, reasons)
 
 
-class Aftermath(NamedTuple):
-    """The state of a request once its nodes have gone round their loops.
-
-    Attributes:
-        raised: {node: the exception with which it has taken the change back}.
-        silent: {node: why it does not answer}.
-        outdated: {node: what in its memory still holds results of the former values}, of nodes that have some.
-    """
-
-    raised: Dict[str, str]
-    silent: Dict[str, str]
-    outdated: Dict[str, List[str]]
-
-
-def aftermath(request_id: str, nodes: Iterable[str], timeout: float) -> Aftermath:
+def raised_after(request_id: str, nodes: Iterable[str], timeout: float) -> Tuple[Dict[str, str], Dict[str, str]]:
     """Ask nodes what became of a request that has changed them; waits for a round of the main program, and for the
     callbacks that are called often.
 
@@ -383,25 +370,32 @@ def aftermath(request_id: str, nodes: Iterable[str], timeout: float) -> Aftermat
         request_id: that of the request.
         nodes: their full names.
         timeout: for their answers once the wait is over, in seconds.
+
+    Returns:
+        ({node: the exception with which it has taken the change back}, {node: why it does not answer}).
     """
     question = srv.ChangeSourcesRequest(request_id=request_id, phase=ASK)
     answers, silent = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), AWAITED + timeout)
     raised = {node: '; '.join(answer.reasons) for node, answer in answers.items() if answer.state == ABORTED}
-    outdated = {node: answer.outdated for node, answer in answers.items() if answer.outdated}
-    return Aftermath(raised, silent, outdated)
+    return raised, silent
 
 
-def told_outdated(outdated: Mapping[str, Sequence[str]]) -> str:
-    """Say what still holds results of former values; '' if nothing does.
+def outdated_after(request_id: str, nodes: Iterable[str], timeout: float) -> str:
+    """Say what in the memory of nodes that a request has changed still holds results of the former values; '' if
+    nothing does, or if a node does not answer in time. To be asked after `raised_after`, which waits for a round.
 
     Args:
-        outdated: {node: what holds them}.
+        request_id, nodes, timeout: as of `raised_after`.
     """
-    return '; '.join(
-        f'{" and ".join(names)} of {node} still {"hold" if names[1:] else "holds"} what was made of the former value, '
-        'until the node makes it again'
-        for node, names in outdated.items()
-    )
+    question = srv.ChangeSourcesRequest(request_id=request_id, phase=OUTDATED)
+    answers, _ = ask_all('change_sources', srv.ChangeSources, dict.fromkeys(nodes, question), timeout)
+    told = []
+    for node, answer in sorted(answers.items()):
+        if answer.outdated:
+            holds = 'hold' if answer.outdated[1:] else 'holds'
+            names = f'{" and ".join(answer.outdated)} of {node}'
+            told.append(f'{names} still {holds} what was made of the former value, until the node makes it again')
+    return '; '.join(told)
 
 
 def _refusal(reasons: Dict[values.Source, str]) -> str:

@@ -32,7 +32,7 @@ APPLIED, REFUSED, PREPARED, ABORTED, UNKNOWN = 'applied', 'refused', 'prepared',
 APPLYING = 'applying'
 
 #: Phases of a change.
-AT_ONCE, PREPARE, COMMIT, ABORT, ASK = '', 'prepare', 'commit', 'abort', 'state'
+AT_ONCE, PREPARE, COMMIT, ABORT, ASK, OUTDATED = '', 'prepare', 'commit', 'abort', 'state', 'outdated'
 
 #: The time that a requester has to abort changes after its own timeout, in seconds.
 ABORT_TIMEOUT = 1.0
@@ -128,6 +128,8 @@ class CommitParticipant:
         _check(request)
         if request.phase == ASK and not request.transaction_id:
             return self._owner.outcome_of(request.request_id)
+        if request.phase == OUTDATED:
+            return srv.ChangeSourcesResponse(outdated=self._owner.outdated_by(request.request_id))
         with self._owner.lock:
             if request.phase in (AT_ONCE, PREPARE):
                 change = self._prepared(request)
@@ -315,8 +317,8 @@ def _caller(request: srv.ChangeSourcesRequest) -> str:
 def _check(request: srv.ChangeSourcesRequest) -> None:
     """Raises rospy.ServiceException if a request makes no sense."""
     problem: Optional[str] = None
-    if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK):
-        problem = f'{request.phase!r} is not a phase: prepare, commit, abort, state or nothing'
+    if request.phase not in (AT_ONCE, PREPARE, COMMIT, ABORT, ASK, OUTDATED):
+        problem = f'{request.phase!r} is not a phase: prepare, commit, abort, state, outdated or nothing'
     elif len(request.location_ids) != len(request.values):
         problem = f'{len(request.location_ids)} location ids with {len(request.values)} values'
     elif len(set(request.location_ids)) < len(request.location_ids):
