@@ -304,6 +304,7 @@ def test_what_a_target_has_for_itself_is_told_first(sharing):
         ('STOPS[1].x', 'STOPS_1_x'),
         ('shelves[1]', 'one of ~shelves/1/0, ~shelves/1/1'),
         ('SCAL', 'SCALE'),
+        ('OFFSET', 'one of OFFSET_x, OFFSET_y'),
     ],
 )
 def test_of_a_table_its_locations_are_meant(sharing, name, meant):

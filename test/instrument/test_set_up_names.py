@@ -21,6 +21,9 @@ from geometry_msgs.msg import PoseStamped
 
 START_X, START_Y = -1.0, 0.5
 SPAN = 4.0
+BASE = dict(x=3.0)
+SPOT = [4.0, 5.0]
+LIMITS = {'speed': 6.0}
 HALF = SPAN / 2
 GOAL = (2.0, -1.0)
 OFFSET = 0.25
@@ -30,6 +33,9 @@ class Robot:
     def __init__(self):
         self.x, self.y, self.th = START_X, START_Y, 0.0
         self.goal_x = HALF
+        self.goal_x = BASE['x']
+        self.goal_x, _ = SPOT
+        self.limits = LIMITS
         self.offset = OFFSET
         self.pose = rospy.Publisher('~pose', PoseStamped, queue_size=1)
         self.goal = rospy.Publisher('~goal', PoseStamped, queue_size=1)
@@ -248,9 +254,10 @@ def test_a_start_that_became_a_state_says_so(master, tmp_path):
         heard.comes(lambda message: message.pose.position.x > -0.99)
         wait_until(lambda: late('/pursuit').get('START_X'), 'the start to have become a state')
         found = late('/pursuit')
-        assert {name for name, why in found.items() if why} == {'START_X', 'SPAN', 'HALF', 'RATE'}
+        late_names = {'START_X', 'SPAN', 'HALF', 'RATE', 'BASE_x', 'SPOT_0', 'SPOT_1'}
+        assert {name for name, why in found.items() if why} == late_names
         assert found['START_X'] == LATE.format('pursuit.py:5:20')
-        assert found['RATE'] == LATE.format('pursuit.py:10:8') + ', but for rospy.Rate at pursuit.py:35'
+        assert found['RATE'] == LATE.format('pursuit.py:13:8') + ', but for rospy.Rate at pursuit.py:41'
         assert found['START_Y'] == found['OFFSET'] == found['GOAL_0'] == found['GOAL_1'] == ''
         assert rosslt('set', '/pursuit/START_X', '5').stderr == f'rosslt set: it {found["START_X"]}\n'
         assert rosslt('set', '/pursuit/START_Y', '1.5').stderr == ''
@@ -364,6 +371,32 @@ def test_these_may_be_read_again(text):
     assert found_in(text) - {'g', 'robot', 'x'} == set()
 
 
+@pytest.mark.parametrize('made', ["{'x': 1.0}", 'dict(x=1.0)', '[1.0, 2.0]'])
+@pytest.mark.parametrize('read', ['f(START["x"])', 'x, y = START', 'f(*START)', 'f(**START)', 'START["x"] += 1'])
+def test_the_elements_of_these_are_read_once(made, read):
+    assert {'START', 'START[]'} <= found_in('START = ' + made + '\n' + read)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'START = [1.0]\nf(START)',
+        'START = [1.0]\nx = START, 1.0',
+        'START = [1.0]\nx = y, z = START',
+        'START = other = [1.0]\nf(START[0])',
+        'START = make()\nf(START[0])',
+        'START = [1.0]\nSTART = make()\nf(START[0])',
+        'START = [1.0]\nSTART += other\nf(START[0])',
+        'f(START := [1.0])\nf(START[0])',
+        'START = {"x": 1.0}\nf(START.get)',
+        'START = {"x": 1.0}\nf(START["x"])\ndef g(event):\n    return START["x"]',
+        'try:\n    from site_of import START\nexcept ImportError:\n    START = {"x": 1.0}\nf(START["x"])',
+    ],
+)
+def test_the_elements_of_these_may_be_read_again(text):
+    assert 'START[]' not in found_in(text)
+
+
 def test_a_module_that_gets_at_others_is_told_apart():
     assert reaches_other_modules(ast.parse('import __main__'))
     assert reaches_other_modules(ast.parse('from __main__ import START'))
@@ -396,3 +429,13 @@ def test_a_reading_is_over_as_the_lines_say(monkeypatch, text, running, is_over)
     monkeypatch.setattr(set_up, '_running', lambda: [((name, lines_of[name]), line) for name, line in running])
     assert node.MEMORY.is_over(names, 'START') is is_over
     assert not node.MEMORY.is_over({}, 'START')
+
+
+def test_what_else_has_the_elements_is_not_over(monkeypatch):
+    monkeypatch.setattr(node.MEMORY, 'is_over', node.MEMORY.is_over)
+    set_up, names = SetUp(), {'START': {'x': [1.0]}}
+    set_up.begin(names, names_of_set_up(ast.parse('START = {"x": [1.0]}\nf(START["x"])\nrun()')))
+    monkeypatch.setattr(set_up, '_running', lambda: [(('<module>', 0), 3)])
+    assert node.MEMORY.is_over(names['START'], 'x')
+    assert not node.MEMORY.is_over(names['START']['x'], None)
+    assert not node.MEMORY.is_over({'x': [1.0]}, 'x')

@@ -213,9 +213,10 @@ def find(master: rosgraph.Master, directory: Directory, text: str) -> Place:
         place for place in places if place.is_called(wanted)
     ]
     if not called:
-        table = _of_table(wanted, listed({name: places}, shows_all=True)[name])
-        of_table = f' (did you mean {"one of " * (len(table) > 1)}{few(table)}?)' if table else ''
-        meant = of_table or did_you_mean(wanted, [place.local_name for place in places])
+        shown = listed({name: places}, shows_all=True)[name]
+        parts = _of_table(wanted, shown) or [place.local_name for place in _begun_by(wanted, shown)]
+        one_of = f' (did you mean {"one of " * (len(parts) > 1)}{few(parts)}?)' if parts else ''
+        meant = one_of or did_you_mean(wanted, [place.local_name for place in places])
         raise Failure(f'{name} has no location {wanted}{meant}; see rosslt list {name}')
     if len(called) > 1:
         raise Failure('{} is ambiguous: it may be {}'.format(text, ' or '.join(str(place.source) for place in called)))

@@ -101,9 +101,15 @@ def key_of(code: Code) -> str:
     return f'{code[0]}:{code[1]}'
 
 
+def key_of_elements(name: str) -> str:
+    """The elements of the dict or list of a name, in the ways that `names_of_set_up` finds: `HOME[]`."""
+    return f'{name}[]'
+
+
 def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
-    """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once,
-    and {`key_of` a function: the ways to it}, of that code."""
+    """{name of the module: the ways to all readings of it}, of the names that are read in code alone that runs once;
+    {`key_of_elements` of such a name: the same}, if nothing else gets at its dict or list; and {`key_of` a function:
+    the ways to it}, of that code."""
     places, ways = code_run_once(tree)
     bound = {
         one.id
@@ -120,7 +126,34 @@ def names_of_set_up(tree: ast.Module) -> Dict[str, List[Way]]:
         else:
             found.setdefault(one.id, []).extend((*way, place) for way in ways[place.code])
     names = {name: found[name] for name in bound.intersection(found) - unknown}
-    return {**names, **{key_of(code): list(to_it) for code, to_it in ways.items()}}
+    elements = {key_of_elements(name): names[name] for name in _names_of_containers(tree).intersection(names)}
+    return {**names, **elements, **{key_of(code): list(to_it) for code, to_it in ways.items()}}
+
+
+def _names_of_containers(tree: ast.Module) -> Set[str]:
+    """The names that always are a dict or list of their own, from which no reading takes more than the elements:
+    `HOME['x']`, `x, y = HOME`, `*HOME` and `**HOME`."""
+    nodes = list(ast.walk(tree))
+    made: Set[int] = set()
+    taken: Set[int] = set()
+    for one in nodes:
+        value: Any = getattr(one, 'value', None)
+        targets = getattr(one, 'targets', [getattr(one, 'target', None)])
+        if isinstance(one, (ast.Assign, ast.AnnAssign)) and len(targets) == 1 and _is_container(value):
+            made.update(id(target) for target in targets)
+        is_unpacked = isinstance(one, ast.Assign) and all(isinstance(part, (ast.Tuple, ast.List)) for part in targets)
+        if is_unpacked or isinstance(one, (ast.Subscript, ast.Starred)) or getattr(one, 'arg', '') is None:
+            taken.add(id(value))
+    others = {one.asname or one.name for one in nodes if isinstance(one, ast.alias)}
+    others.update(one.id for one in _readings(tree) if id(one) not in taken)
+    stored = [one for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
+    others.update(one.id for one in stored if id(one) not in made)
+    return {one.id for one in stored} - others
+
+
+def _is_container(value: Optional[ast.expr]) -> bool:
+    """Return whether an expression makes a dict or list that nobody else has: `{'x': 1.0}`, `dict(x=1.0)`, `[1.0]`."""
+    return isinstance(value, (ast.Dict, ast.List)) or (isinstance(value, ast.Call) and dotted(value.func) == 'dict')
 
 
 def _readings(tree: ast.AST) -> Iterator[ast.Name]:
@@ -290,6 +323,9 @@ class SetUp:
             key = key_of((f'class {made_for}', 0) if is_made else (code.co_name, code.co_firstlineno))
         elif type(owner) is type and self._names and self._names.get(owner.__name__) is owner:
             key = key_of((f'class {owner.__name__}', 0))
+        elif type(owner) in (dict, list) and owner is not self._names:
+            names = self._names or {}
+            key = next((key for key in self._ways if key[-2:] == '[]' and names.get(key[:-2]) is owner), '')
         elif owner is not self._names:
             return False
         if key not in self._ways:

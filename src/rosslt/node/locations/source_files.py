@@ -168,8 +168,8 @@ def _edits_of_file(
                 files.equal(value, one) for one in (location.value_in_code, location.value, *offered.get(location, ()))
             ):
                 raise NotWritten(
-                    f'what stands at {location.place} was edited since it was read: '
-                    f'{present.path} says {value!r} instead of {location.value_in_code!r}'
+                    f'what stands at {location.place} was edited since it was read or saved: '
+                    f'{present.path} says {value!r} now'
                 )
         except NotWritten as why:
             if not files.equal(location.value, location.value_in_code):  # else it was saved before
