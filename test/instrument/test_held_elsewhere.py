@@ -7,10 +7,11 @@ import subprocess
 import threading
 
 import pytest
+import rosnode
 import rospy
 from sensor_msgs.msg import Joy
 
-from support.processes import wait_until
+from support.processes import forget_node, wait_until
 from support.unmodified import Unmodified
 
 pytestmark = pytest.mark.rostest
@@ -73,6 +74,9 @@ def teaching():
     yield started
     started.kill()
     started.communicate()
+    for name in rosnode.get_node_names():
+        if name.startswith('/slt_teach'):
+            forget_node(name)
 
 
 def note(hand):

@@ -100,9 +100,9 @@ def test_a_state_leaves_its_start_when_it_is_stepped(master, tmp_path):
             'START_X',
             'LINE',
         }
-        before = lines('log')
+        before = lines('log', '/homer')
         assert 'nothing in it has a source' in failure('force', '/place/point/x', '2')
-        assert lines('log') == before
+        assert lines('log', '/homer') == before
         refused = failure('force', '/home/point/z', '1')
         assert '/homer/START_X takes effect at the next start' in refused
         line = 1 + HOMER.splitlines().index('            self.x += 0.1')

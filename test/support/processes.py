@@ -191,15 +191,23 @@ def node_pid(uri):
         return None
 
 
+NOBODY = 'http://localhost:9/'
+"""The address of a node at which nothing listens."""
+
+
 def forget_node(name):
     """Take what a killed node registered out of the master.
 
-    The master would go on calling the dead node's port. The system gives that port to other processes: a node whose
+    The master would go on calling the dead node's ports. The system gives such a port to other processes: a node whose
     topics come through it waits for ever for the header of a connection that is the master's.
     """
     # it had registered nothing, or the master is gone
     with contextlib.suppress(rosgraph.MasterException, rosnode.ROSNodeException, OSError):
         rosnode.cleanup_master_blacklist(rosgraph.Master('/test'), [name])
+        # by this name it hears of parameters, from a server of its own: the master forgets an older one of the name
+        listening = rosgraph.Master(name + '/rosslt')
+        listening.subscribeParam(NOBODY, name)
+        listening.unsubscribeParam(NOBODY, name)
 
 
 def wait_until_hears(subscriber, publisher):

@@ -48,4 +48,6 @@ class Callbacks:
             try:
                 function()
             except Exception:  # a user's function must not end the calls of others
+                if rospy.is_shutdown():  # meanwhile: what it asks for is closed
+                    return
                 rospy.logerr('in the thread %s:\n%s', self._name, traceback.format_exc())
