@@ -28,7 +28,7 @@ ME = f'{getpass.getuser()}@{socket.gethostname()}'
 @pytest.fixture
 def owner(master):
     with Node('safe', OWNER) as node:
-        wait_until(lambda: len(lines('list', '/safe')) == 3, 'all locations are there')
+        wait_until(lambda: len(rosslt('list', '/safe').stdout.splitlines()) == 3, 'all locations are there')
         rosslt('unlock', '/safe')
         rosslt('reset', '/safe')
         yield node
@@ -104,7 +104,7 @@ class TestLock:
         rosslt('lock', '/safe/x', '--reason', 'calibrated')
         owner.stop(signal.SIGKILL)
         owner.start()
-        wait_until(lambda: len(lines('list', '/safe')) == 3, 'all locations are there')
+        wait_until(lambda: len(rosslt('list', '/safe').stdout.splitlines()) == 3, 'all locations are there')
         assert '/safe/x is locked by' in failure('set', '/safe/x', '4')
         assert who('/safe/x') == f'locked by {ME}: calibrated'
 

@@ -50,7 +50,7 @@ def test_a_waypoint_is_duplicated_and_those_below_are_saved_where_they_stand(mas
         done = rosslt('row', 'duplicate', '/patrol/WAYPOINTS_1')
         assert done.returncode == 0, done.stderr
         assert done.stdout == f'/patrol/WAYPOINTS_1_0\tduplicate\t{node.file}:6\n'
-        assert done.stderr.startswith('rosslt row: /patrol takes the rows as they are now at its next start')
+        assert done.stderr.startswith('rosslt row: /patrol has the rows as they are now at its next start')
         twice = before.replace('    (1.25, 3.0),\n', '    (1.25, 3.0),\n' * 2)
         assert node.file.read_text() == twice
         assert lines('list', '/patrol') == listed
@@ -60,7 +60,10 @@ def test_a_waypoint_is_duplicated_and_those_below_are_saved_where_they_stand(mas
             '`rosslt save /patrol` first'
         )
         assert rosslt('save', '/patrol').returncode == 0
-        assert rosslt('save', '/patrol').stderr == 'rosslt save: nothing to save: all is as the files say\n'
+        assert rosslt('save', '/patrol').stderr == (
+            'rosslt save: nothing to save, but patrol.py: lines 6, 7 changed in other ways, which needs a restart of '
+            '/patrol\n'
+        )
         assert rosslt('set', '/patrol/WAYPOINTS_2_0', '2.75').returncode == 0
         assert rosslt('save', '/patrol').returncode == 0
         assert node.file.read_text() == twice.replace('2.25', '2.75')
@@ -86,11 +89,34 @@ def test_what_may_be_another_row_now_and_what_is_none_is_refused(master, tmp_pat
         assert node.file.read_text() == after
 
 
-def undone(name, operation, place, when='takes the rows as they are now at its next start'):
+def test_rows_of_numbers_are_taken_at_once_and_rows_with_texts_at_the_next_start(master, tmp_path):
+    with patrol(tmp_path, 'taking'):
+        moved = rosslt('row', 'down', '/taking/WAYPOINTS_0')
+        assert moved.stderr == 'rosslt row: /taking has the rows as they are now\n'
+        assert rosslt('get', '/taking/WAYPOINTS_0_0').stdout == '1.25\n'
+    named = (
+        PATROL.replace("'patrol'", "'named'").replace('for x, _ in', 'for _, x, _ in').replace('y for _', 'y for _, _')
+    )
+    for name, row in ('dock', '(0.25'), ('hall', '(1.25'), ('door', '(2.25'):
+        named = named.replace(row, f"('{name}', {row[1:]}")
+    with Unmodified(tmp_path, 'named', named) as node:
+        wait_until(lambda: 'WAYPOINTS_2_2' in rosslt('list', '/named').stdout, 'its numbers are known')
+        stale = 'named.py: lines 5, 6 stand in another order'
+        moved = rosslt('row', 'down', '/named/WAYPOINTS_0')
+        assert moved.stderr == 'rosslt row: /named has the rows as they are now at its next start\n'
+        waits = f'rosslt save: nothing to save, but {stale}, which needs a restart of /named\n'
+        assert rosslt('save', '/named').stderr == waits
+        assert rosslt('set', '/named/WAYPOINTS_0_1', '0.5').returncode == 0
+        assert rosslt('save', '/named').returncode == 0
+        assert "('hall', 1.25, 3.0),\n    ('dock', 0.50, 1.0),  # the dock\n" in node.file.read_text()
+        assert rosslt('save', '/named').stderr == waits
+
+
+def undone(name, operation, place, when='has the rows as they are now'):
     """Undo the last change of a node, which is what was done with a row."""
     result = rosslt('undo', '/' + name.split('/')[1])
     assert (result.returncode, result.stdout) == (0, f'{name}\t{operation}\tundone\t{place}\n'), result.stderr
-    assert result.stderr.startswith(f'rosslt undo: /{name.split("/")[1]} {when}')
+    assert result.stderr == (f'rosslt undo: /{name.split("/")[1]} {when}\n')
 
 
 def test_each_row_edit_is_undone_the_latest_first(master, tmp_path):
@@ -185,7 +211,8 @@ def test_a_row_edit_is_undone_after_the_node_was_started_again(master, tmp_path)
         after = node.file.read_text()
     with Unmodified(tmp_path, 'keeper', after) as node:
         wait_until(lambda: 'WAYPOINTS_1_1' in rosslt('list', '/keeper').stdout, 'its numbers are known')
-        undone('/keeper/WAYPOINTS_0_0', 'delete', f'{node.file}:5')
+        waits = 'has the rows as they are now at its next start'
+        undone('/keeper/WAYPOINTS_0_0', 'delete', f'{node.file}:5', waits)
         assert node.file.read_text() == before
         assert rosslt('undo', '/keeper').stdout.startswith('/keeper/HEIGHT\t0.5\t0.75\t')
 

@@ -13,6 +13,7 @@ from geometry_msgs.msg import PointStamped
 from rosslt import node, values
 from support.packages import package_of_node
 from support.processes import node_pid, wait_until
+from support.shell import lines
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
 
@@ -79,7 +80,9 @@ def test_a_literal_and_a_default_are_saved_again_after_the_node_was_killed(maste
             with Unmodified(tmp_path, 'returning', text) as third:
                 heard.next()  # of this run
                 heard.comes(lambda message: (message.point.x, message.point.y) == (4.0, 9.0))
+                assert {line[7] for line in lines('list', '/returning')} >= {'3.0'}, 'an earlier run has left another'
                 assert save('/returning') == [['/returning/radius', '3.00', '4.00'], ['/returning/~far', '8.0', '9.0']]
+                assert {line[7] for line in lines('list', '/returning')} == {''}, 'and now the code says that'
                 change('/returning', radius=3.0, far=8.0)
                 third.stop(signal.SIGKILL)
                 with Unmodified(tmp_path, 'returning', third.file.read_text()) as fourth:

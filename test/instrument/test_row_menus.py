@@ -64,7 +64,11 @@ def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
         assert 'Row' not in titles(hand, '/stops::3')[0]
 
         hand.choose('/stops::1', 'Duplicate')
-        said(hand, '/stops::1', 'duplicated WAYPOINTS_1 in patrol.py; it is there at the next start of /patrol')
+        said(
+            hand,
+            '/stops::1',
+            'duplicated WAYPOINTS_1 in patrol.py; /patrol has the rows as they are now at its next start',
+        )
         twice = PATROL.replace('    (1.25, 3.0),\n', '    (1.25, 3.0),\n' * 2)
         assert node.file.read_text() == twice
 

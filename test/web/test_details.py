@@ -138,7 +138,9 @@ def test_a_waypoint_is_duplicated_in_the_details(master, browser, tmp_path):
         browser.wait_for_text('WAYPOINTS_0_0')
         browser.click_at((0.25, -1.0, 0.0), 'Where it comes from')
         browser.click('Duplicate')
-        browser.wait_for_text('duplicated WAYPOINTS_0 in patrol.py; it is there at the next start of /patrol')
+        browser.wait_for_text(
+            'duplicated WAYPOINTS_0 in patrol.py; /patrol has the rows as they are now at its next start'
+        )
         row = '    (0.25, -1.0),  # the dock\n'
         assert node.file.read_text() == PATROL.replace(row, row * 2)
         browser.picture('duplicated')

@@ -5,7 +5,7 @@ from typing import List, Optional, Sequence
 
 from rosslt import files, values
 from rosslt.cli.failure import Failure
-from rosslt.node import Directory, Place, RowRecord
+from rosslt.node import Directory, Place
 
 #: The most names that one sentence gives.
 MOST_NAMES = 5
@@ -85,20 +85,6 @@ def write_text(path: str, text: str) -> None:
         files.overwrite(path, text)
     except files.FileError as error:
         raise Failure(str(error)) from None
-
-
-def say_when_rows_are_read(verb: str, name: str, record: RowRecord) -> None:
-    """Print on standard error when the rows of a node's list, as they are in the file now, are in force."""
-    if record.launched is not None:
-        when = 'the next `rosslt launch` of the file has the rows as they are now'
-    elif record.is_in_script:
-        when = f'{name} runs the script again'
-    else:
-        when = (
-            f'{name} takes the rows as they are now at its next start; where it is certain which they are, it takes '
-            'their numbers at once'
-        )
-    print(f'rosslt {verb}: {when}', file=sys.stderr)
 
 
 def limits(place: Place) -> str:

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import io
+import itertools
 import tokenize
 from collections import Counter
 from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
@@ -258,11 +259,13 @@ class Followed(NamedTuple):
         literals: {index of a literal in the text before: its index in the new one}.
         lines: the lines of the new text, from 1, that differ from the text before in more than these literals.
         has_lost_lines: whether lines of the text before are gone.
+        moved: the lines of the new text that stand in another order than before, each within its function.
     """
 
     literals: Dict[int, int]
     lines: List[int]
     has_lost_lines: bool
+    moved: List[int]
 
 
 def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), exactly: bool = False) -> Followed:
@@ -285,14 +288,28 @@ def followed(old: SourceText, new: SourceText, locations: Collection[int] = (), 
         free.setdefault((line.function, line.template), set()).update(places)
     keys_before, keys_after = _lines_by_key(lines_before, free), _lines_by_key(lines_after, free)
     literals: Dict[int, int] = {}
-    kept: Set[int] = set()
+    kept: Dict[int, int] = {}
     for key, before in keys_before.items():
         for one, other in _pairs(old, new, lines_before, lines_after, before, keys_after.get(key, [])):
-            kept.add(other)
+            kept[other] = one
             pairs = zip(lines_before[one].literals, lines_after[other].literals)
             literals.update(pair for pair, said in zip(pairs, key[2]) if said is None)
     changed = [line for after in keys_after.values() for line in after if line not in kept]
-    return Followed(literals, sorted(changed), bool(keys_before.keys() - keys_after.keys()))
+    moved = _moved(kept, {line: one.function for line, one in lines_after.items()})
+    return Followed(literals, sorted(changed), bool(keys_before.keys() - keys_after.keys()), moved)
+
+
+def _moved(lines: Dict[int, int], functions: Dict[int, str]) -> List[int]:
+    """The lines, of {line now: line before}, between which and another one of their function the order is another."""
+    by_function: Dict[str, List[int]] = {}
+    for line in sorted(lines, key=lines.__getitem__):
+        by_function.setdefault(functions[line], []).append(line)
+    moved: List[int] = []
+    for those in by_function.values():
+        highest = itertools.accumulate(those, max)
+        lowest = reversed([*itertools.accumulate(reversed(those), min)])
+        moved += [line for line, high, low in zip(those, highest, lowest) if low < line or line < high]
+    return sorted(moved)
 
 
 def _pairs(

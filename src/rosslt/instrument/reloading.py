@@ -9,7 +9,7 @@ import ast
 import contextlib
 import os
 import threading
-from typing import Any, Callable, Dict, List, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Set
 
 import rospy
 
@@ -54,11 +54,17 @@ def watch(path: str) -> None:
             _watch.add(path)
 
 
-def _look() -> None:
-    """Take in what the files say now."""
-    for cells in loaded_files():
+def _look() -> List[str]:
+    """Take in what the files say now.
+
+    Returns:
+        What else is another there, which needs a restart of the node: a text for each file.
+    """
+    readers = [_Reader.of(cells) for cells in loaded_files()]
+    for reader in readers:
         with _lock:  # the watch looks, and so does who saves
-            _Reader.of(cells).look()
+            reader.look()
+    return [f'{os.path.basename(reader.path)}: {reader.stale}' for reader in readers if reader.stale]
 
 
 class _Reader:
@@ -66,18 +72,26 @@ class _Reader:
 
     Args:
         cells: its numbers.
+
+    Attributes:
+        stale: what else is another in the file than it was when the node was started; '' if nothing is.
     """
 
     def __init__(self, cells: Cells) -> None:
         self._cells = cells
         self._digest = cells.digest
         self._said: Dict[int, Any] = {}  # {index in the file as it was loaded: what was taken in last}
-        self._named: Tuple[List[int], bool] = ([], False)
+        self.stale = ''
 
     @classmethod
     def of(cls, cells: Cells) -> '_Reader':
         """The one of these cells."""
         return _readers.setdefault(id(cells), cls(cells))
+
+    @property
+    def path(self) -> str:
+        """The path of the file."""
+        return self._cells.path
 
     def look(self) -> None:
         """Take in the content of the file, if it has changed."""
@@ -129,7 +143,11 @@ class _Reader:
             except ValueError as error:
                 refused.append(f'{literal.value!r} in line {literal.line} ({error})')
         lines = files.changed_elsewhere(original, new, result, set(locations))
-        self._tell([] if is_saved_here else taken, refused, (lines, result.has_lost_lines))
+        said = [f'{_of_lines(lines)}'] if lines else []
+        said += ['lines that are gone'] if result.has_lost_lines else []
+        stale = [f'{" and ".join(said)} changed in other ways'] if said else []
+        stale += [f'{_of_lines(result.moved)} stand in another order'] if result.moved else []
+        self._tell([] if is_saved_here else taken, refused, ', and '.join(stale))
 
     def _take_bounds(self, numbers: Dict[int, int], new: files.SourceText, followed: Dict[int, int]) -> List[str]:
         """Give numbers the bounds that the comments say now; returns them as the log tells them.
@@ -190,19 +208,20 @@ class _Reader:
                 found[index] = lambda location=location: location  # type: ignore[misc]
         return found
 
-    def _tell(self, taken: List[str], refused: List[str], elsewhere: Tuple[List[int], bool]) -> None:
+    def _tell(self, taken: List[str], refused: List[str], stale: str) -> None:
         """Log in one line which edits were taken in, and which need a restart."""
         parts = [', '.join(taken) + ' from now on'] if taken else []
         parts += [f'not taken: {", ".join(refused)}'] if refused else []
-        if elsewhere != self._named:
-            self._named = lines, has_lost_lines = elsewhere
-            named = [f'line{"s" if len(lines) > 1 else ""} {str(lines)[1:-1]}'] if lines else []
-            named += ['lines that are gone'] if has_lost_lines else []
-            if named:
-                parts.append(f'{" and ".join(named)} changed in other ways, which needs a restart of the node')
+        if stale != self.stale:
+            self.stale = stale
+            parts += [f'{stale}, which needs a restart of the node'] if stale else []
         if parts:
             say = rospy.logwarn if refused else rospy.loginfo
             say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))
+
+
+def _of_lines(lines: List[int]) -> str:
+    return f'line{"s" if len(lines) > 1 else ""} {str(lines)[1:-1]}'
 
 
 _readers: Dict[int, _Reader] = {}

@@ -275,8 +275,9 @@ def remove_location(location: Location) -> None:
     _owner.locations.remove(location)
 
 
-def look_at_files_with(function: Callable[[], None]) -> None:
-    """Have a function take in what the source files say, before this node says what a save would write."""
+def look_at_files_with(function: Callable[[], List[str]]) -> None:
+    """Have a function take in what the source files say, before this node says what a save would write; it returns of
+    each file what else is another there."""
     _owner.look_at_files = function
 
 

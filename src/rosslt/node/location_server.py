@@ -69,7 +69,8 @@ class Owner:
         locations: its Locations.
         parameters: the parameters behind them.
         read_parameters: those that this node reads as sources.
-        look_at_files: called before edits are listed: takes in what the source files say now.
+        look_at_files: called before edits are listed: takes in what the source files say now, and returns what else
+            is another there; None if the node does not follow them.
         make_all_known: called before all locations are listed: makes those known that are not yet.
         settings: the names of parameters in the namespace of the locations that are settings of the node.
         directory: what is known of sources, its own and others'.
@@ -93,7 +94,7 @@ class Owner:
         self.main_ends = False
         self._asked = threading.Condition()
         self.history = History()
-        self.look_at_files: Callable[[], None] = lambda: None
+        self.look_at_files: Callable[[], Optional[List[str]]] = lambda: None
         self.make_all_known: Callable[[], None] = lambda: None
         self._on_change = Callbacks('rosslt on_change')
         self._background = Callbacks('rosslt background')
@@ -420,10 +421,10 @@ class Owner:
         return location and described(location, self.access.lock_of(location.name))
 
     def _list_edits(self, _request: srv.ListEditsRequest) -> srv.ListEditsResponse:
-        self.look_at_files()
+        stale = self.look_at_files()
         with self.lock:
             edits, left = SOURCE_FILES.edits(self.locations.by_id.values())
-            return edits_described(edits, left, SOURCE_FILES.places(self.locations.by_id.values()))
+            return edits_described(edits, left, SOURCE_FILES.places(self.locations.by_id.values()), stale)
 
     def reread(self, location: Location, value_in_code: Scalar, is_saved_here: bool) -> bool:
         """Take in what the code says of a location since it was edited, and have it in force.

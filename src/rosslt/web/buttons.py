@@ -91,7 +91,7 @@ class Buttons:
             return
         left = '\n'.join('{} cannot be saved: {}'.format(one.name, one.reason) for one in unsaved)
         if not edits:
-            self._tell(client, name, left or node.untaken_in(name, TIMEOUT) or NOTHING_TO_SAVE)
+            self._tell(client, name, left or node.differing_in(name, TIMEOUT) or NOTHING_TO_SAVE)
             return
         modal = client.gui.add_modal('Save the changes of {}?'.format(name))
         with modal:

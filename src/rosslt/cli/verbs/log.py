@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _show(found: List[Recorded], directory: Directory) -> None:
     if not found:
-        print('nothing has been changed')
+        print('nothing has been changed (of its earlier runs, a node remembers the last change)')
     rows = [
         (
             _time(each.recorded.change.stamp.to_sec()),

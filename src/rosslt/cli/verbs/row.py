@@ -6,7 +6,7 @@ from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, find_in_row
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, say_when_rows_are_read, write_diff, write_row
+from rosslt.cli.output import is_terminal, write_diff, write_note, write_row
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -61,4 +61,4 @@ def run(options: argparse.Namespace) -> None:
         write_row(place.name, options.operation, where)
     if untaken:
         raise Failure(f'the file is written, but {untaken}')
-    say_when_rows_are_read('row', place.node, found.record)
+    write_note('row', node.when_rows_are_read(place.node, found.record, TIMEOUT))

@@ -78,9 +78,9 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
             else:
                 write_row(called, old, new, edit.file)
     if not edits and not unsaved:
-        untaken = node.untaken_in(name, TIMEOUT)
-        all_is = f'but {untaken}' if untaken else 'all is as the files say'
-        write_note('save', f'nothing to save{"," if untaken else ":"} {all_is}')
+        differing = node.differing_in(name, TIMEOUT)
+        all_is = f', but {differing}' if differing else ': all is as the files say'
+        write_note('save', f'nothing to save{all_is}')
     if unsaved:
         raise Failure('not saved: ' + '; '.join(f'{one.name} ({one.reason})' for one in unsaved))
 

@@ -10,7 +10,7 @@ from rosslt import files, node, values
 from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master, problem_of, tracked_nodes
-from rosslt.cli.output import few, is_terminal, say_when_rows_are_read, write_change, write_note, write_row
+from rosslt.cli.output import few, is_terminal, write_change, write_note, write_row
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -103,7 +103,7 @@ def _take_row_back(master: rosgraph.Master, name: str, record: node.RowRecord) -
         print(f'{record.name}: {record.operation} is undone  [{record.place}]')
     else:
         write_row(record.name, record.operation, 'undone', record.place)
-    say_when_rows_are_read('undo', name, record)
+    write_note('undo', node.when_rows_are_read(name, record, TIMEOUT))
 
 
 def _complete(master: rosgraph.Master, found: Dict[str, List[object]], silent: Dict[str, str]) -> Dict[str, List[Any]]:

@@ -70,7 +70,7 @@ def described(location: Location, lock: str = '', at_next_start: str = '', holde
         locked=lock,
         at_next_start=at_next_start,
         plain_copies=_plain_copies(location, holders),
-        remembered=location.remembered,
+        remembered=location.remembered and not files.equal(location.value, location.value_in_code),
         weight=location.weight or 0.0,
         rank=location.rank,
         row=location.row,
@@ -81,6 +81,7 @@ def edits_described(
     edits: Sequence[Tuple[Location, files.Edit]],
     left: Sequence[Tuple[Location, str]],
     read: Mapping[Location, Tuple[int, int, Any]],
+    stale: Optional[List[str]],
 ) -> srv.ListEditsResponse:
     """Describe, as a message, the edits that would write changed values to source files, and the values that stand
     there.
@@ -88,6 +89,7 @@ def edits_described(
     Args:
         edits, left: as of `SourceFiles.edits`.
         read: as of `SourceFiles.places`.
+        stale: of each source file what else is another in it; None if the node does not follow them.
     """
     changed = {location for location, _ in [*edits, *left]}
     untaken = {
@@ -109,6 +111,8 @@ def edits_described(
         [column for _, column, _ in read.values()],
         [location.id for location in untaken],
         [to_json(said) for said in untaken.values()],
+        stale is not None,
+        stale or [],
     )
 
 

@@ -14,17 +14,16 @@ from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.locations.row_journal import ADD, LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
 from rosslt.node.locations.row_locks import check_locks
-from rosslt.node.locations.saving import edits_of, list_edits, untaken_in, why_not_written
+from rosslt.node.locations.saving import edits_of, list_edits, stale_in, untaken_in, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
 SCRIPT_TEXT = 'rosslt_script'
 
-#: What was done with a row, and what it is from the next start of its node on.
 _DONE = {
-    files.DUPLICATE: ('duplicated {}', 'it is there at'),
-    files.DELETE: ('deleted {}', 'it is gone at'),
-    files.UP: ('moved {} up', 'it is in its new place by'),
-    files.DOWN: ('moved {} down', 'it is in its new place by'),
+    files.DUPLICATE: 'duplicated {}',
+    files.DELETE: 'deleted {}',
+    files.UP: 'moved {} up',
+    files.DOWN: 'moved {} down',
 }
 
 
@@ -54,10 +53,26 @@ def edit_row(directory: Directory, source: values.Source, operation: str, timeou
     row = in_row(place, places[source.node])
     found = row_edit(place, row, operation, timeout)
     untaken = found.write(timeout)
-    done, state = _DONE[operation]
+    done = _DONE[operation].format(_name_of(row))
     file = os.path.basename(found.record.place.rpartition(':')[0])
-    when = f'`rosslt launch` of {file}' if found.origins else f'start of {place.node}'
-    return '; '.join(filter(None, [f'{done.format(_name_of(row))} in {file}', f'{state} the next {when}', untaken]))
+    when = when_rows_are_read(place.node, found.record, timeout)
+    return '; '.join(filter(None, [f'{done} in {file}', when, untaken]))
+
+
+def when_rows_are_read(node: str, record: RowRecord, timeout: float) -> str:
+    """Say when the rows of a node's list, as they are in the file now, are in force.
+
+    Args:
+        node: its full name.
+        record: what was done with one, or undone.
+        timeout: how long the node may take to answer, in seconds.
+    """
+    if record.launched is not None:
+        return 'the next `rosslt launch` of the file has the rows as they are now'
+    if record.is_in_script:
+        return f'{node} runs the script again'
+    at = '' if stale_in(node, timeout) == '' else ' at its next start'
+    return f'{node} has the rows as they are now{at}'
 
 
 def in_row(place: Place, places: Iterable[Place]) -> List[Place]:

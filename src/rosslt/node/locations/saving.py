@@ -4,7 +4,7 @@ import contextlib
 import copy
 import functools
 import json
-from typing import Any, Collection, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -74,20 +74,48 @@ def untaken_in(node: str, timeout: float) -> str:
         timeout: how long it may take to answer each question, in seconds.
     """
     with contextlib.suppress(SourceUnreachable):
-        answer = list_edits(node, timeout)
-        if answer.untaken_ids:
-            listed, _ = Directory().ask([node], timeout)
-            by_id = {place.location.id: place for place in listed.get(node, ())}
-            stands = dict(zip(answer.read_ids, zip(answer.lines, answer.columns)))
-            told = [
-                '{} from {}:{}:{} ({} stays {})'.format(
-                    said, by_id[one].location.file, *stands[one], by_id[one].local_name, by_id[one].location.value
-                )
-                for one, said in zip(answer.untaken_ids, answer.said)
-                if one in by_id
-            ]
-            return f'{node} does not take ' + ', '.join(told)
+        return _untaken(node, list_edits(node, timeout), timeout)
     return ''
+
+
+def stale_in(node: str, timeout: float) -> Optional[str]:
+    """Have a node read its files, and say what is another there than in the node, besides numbers, and needs a restart:
+    `patrol.py: lines 5, 6 stand in another order`; '' if nothing is, None if the node does not follow its files, or
+    does not answer.
+
+    Args:
+        node: its full name.
+        timeout: how long it may take to answer, in seconds.
+    """
+    with contextlib.suppress(SourceUnreachable):
+        answer = list_edits(node, timeout)
+        return '; '.join(answer.stale) if answer.follows_files else None
+    return None
+
+
+def differing_in(node: str, timeout: float) -> str:
+    """What `untaken_in` and `stale_in` say, as one text."""
+    with contextlib.suppress(SourceUnreachable):
+        answer = list_edits(node, timeout)
+        restart = [f'{"; ".join(answer.stale)}, which needs a restart of {node}'] if answer.stale else []
+        return '; '.join(filter(None, [_untaken(node, answer, timeout), *restart]))
+    return ''
+
+
+def _untaken(node: str, answer: Message, timeout: float) -> str:
+    if not answer.untaken_ids:
+        return ''
+    listed, _ = Directory().ask([node], timeout)
+    by_id = {place.location.id: place for place in listed.get(node, ())}
+    stands = dict(zip(answer.read_ids, zip(answer.lines, answer.columns)))
+    told = [
+        '{} from {}:{}:{} ({} stays {})'.format(
+            said, by_id[one].location.file, *stands[one], by_id[one].local_name, by_id[one].location.value
+        )
+        for one, said in sorted(zip(answer.untaken_ids, answer.said), key=lambda pair: stands[pair[0]])
+        if one in by_id
+    ]
+    return f'{node} does not take ' + ', '.join(told)
 
 
 def list_edits(node: str, timeout: float) -> Message:
