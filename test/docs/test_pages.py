@@ -56,6 +56,7 @@ def test_files_and_pages_that_a_page_names_exist(page):
     assert not missing
 
 
+@pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path):
     command = sys.executable + ' -m sphinx -q -W --keep-going -b html'
     built = subprocess.run(

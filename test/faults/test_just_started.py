@@ -44,6 +44,7 @@ def just_started():
     return pytest.skip(f'the kernel lets this process make no time namespace: {"; ".join(reasons)}')
 
 
+@pytest.mark.slow
 def test_what_keeps_times_works_on_a_machine_that_has_just_started(just_started):
     age = [sys.executable, '-c', 'import time; print(time.monotonic())']
     assert float(subprocess.run([*just_started, *age], capture_output=True, check=True).stdout) < AGE + 30.0

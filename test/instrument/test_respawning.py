@@ -466,6 +466,7 @@ def change_parameters(radius, far):
         assert result.returncode == 0, result.stderr
 
 
+@pytest.mark.slow
 def test_parameters_of_launch_and_yaml_files_are_saved_again_after_a_respawn(launched):
     launch, tool = launched / 'all.launch', launched / 'tool.yaml'
     before = launch.read_text(), tool.read_text()

@@ -81,7 +81,7 @@ def test_degrees_are_dragged_to_fractions(hand, tmp_path, turn):
         assert parameter('count') == 4
 
 
-@pytest.mark.parametrize('step', [0.5, 0.0015])
+@pytest.mark.parametrize('step', [pytest.param(0.5, marks=pytest.mark.slow), 0.0015])
 def test_a_count_becomes_the_nearest_whole_number_and_stays(hand, tmp_path, step):
     with camera(tmp_path, step=step):
         wait_until(is_at(hand, 4 * step), 'the camera to be shown')

@@ -65,6 +65,7 @@ def handles(master):
     process.wait()
 
 
+@pytest.mark.slow
 def test_what_is_apart_from_most_topics_waits_for_a_transform(handles):
     with Node('balls', BALLS):
         wait_until(lambda: handles() == {'/alpha', '/gamma'}, 'handles in the frame of most topics')

@@ -105,6 +105,7 @@ def test_all_numbers_of_a_line_that_has_no_equal_keep_their_identity_when_they_a
     assert len(before) == 4
 
 
+@pytest.mark.slow
 def test_a_table_of_many_numbers_is_identified_at_once():
     rows = ''.join(f'    ({n}.5, {n}.25, 0.0),\n' for n in range(3000))
     assert len(ids_of_literals(f'table = [\n{rows}]\n')) == 9000

@@ -194,6 +194,7 @@ def test_what_cannot_be_shown_is_left_out_and_everything_else_is_shown(client, o
     assert not {'large', 'odd', 'read'} & set(client.does('list(client.config)'))
 
 
+@pytest.mark.slow
 @pytest.mark.rostest
 def test_dynparam_lists_gets_sets_dumps_and_loads(owner, tmp_path):
     assert dynparam('list').split() == ['/owner/rosslt']

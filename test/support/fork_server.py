@@ -8,17 +8,20 @@ share its seed of hashes.
 Python 3.8 cannot hand descriptors to another process: there, each program is started.
 """
 
+import atexit
 import contextlib
 import functools
 import gc
 import importlib
 import json
 import os
+import selectors
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import types
 
 #: What is loaded before the forks.
@@ -167,38 +170,52 @@ def serve(control):
     # a collection in a fork, as at its end, would write to each loaded object, and so copy all memory
     gc.collect()
     gc.freeze()
+    request = _fork_for_requests(control)
+    if request is not None:
+        _become(*request)
+
+
+def _fork_for_requests(control):
+    """Fork for each request, and tell its caller the process id, then the status.
+
+    Returns:
+        None when nobody can send one any more; in a fork, its request and its streams.
+    """
+    running = {}  # {descriptor that is ready once a program has ended: (its process id, the socket of its caller)}
+    ready = selectors.DefaultSelector()
+    ready.register(control, selectors.EVENT_READ)
     while True:
-        request, descriptors, _, _ = socket.recv_fds(control, LARGEST, 4)
-        if not request:
-            return
-        # the fork of a fork, so that nobody has to wait for its end here
-        pid = os.fork()
-        if pid == 0:
-            if os.fork():
-                os._exit(0)
-            break  # the loop is none of the program's
-        os.waitpid(pid, 0)
-        for descriptor in descriptors:
-            os.close(descriptor)
-    control.close()
-    _attend(json.loads(request), *descriptors)
+        for number in [key.fd for key, _ in ready.select()]:
+            if number in running:
+                pid, caller = running.pop(number)
+                ready.unregister(number)
+                os.close(number)
+                _send(caller, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
+                caller.close()
+                continue
+            request, descriptors, _, _ = socket.recv_fds(control, LARGEST, 4)
+            if not request:
+                return None
+            *streams, reply = descriptors
+            caller, pid = socket.socket(fileno=reply), os.fork()
+            if pid == 0:
+                for other, (_, one) in running.items():
+                    os.close(other)
+                    one.close()
+                for one in (ready, control, caller):
+                    one.close()
+                return [*json.loads(request), streams]
+            for descriptor in streams:
+                os.close(descriptor)
+            _send(caller, pid)
+            ended = os.pidfd_open(pid)
+            running[ended] = pid, caller
+            ready.register(ended, selectors.EVENT_READ)
 
 
-def _attend(request, *descriptors):
-    """Become the program in one more fork, and tell the caller its process id, then its status."""
-    *streams, reply = descriptors
-    pid = os.fork()
-    if pid == 0:
-        os.close(reply)
-        _become(*request, streams)
-        return
-    for descriptor in streams:
-        os.close(descriptor)
-    caller = socket.socket(fileno=reply)
+def _send(caller, number):
     with contextlib.suppress(BrokenPipeError):  # the caller has given up
-        caller.send(b'%d' % pid)
-        caller.send(b'%d' % os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
-    os._exit(0)
+        caller.send(b'%d' % number)
 
 
 def _become(script, arguments, folder, environment, streams):
@@ -217,7 +234,24 @@ def _become(script, arguments, folder, environment, streams):
     sys.modules['__main__'] = main
     with open(script, 'rb') as file:
         code = compile(file.read(), script, 'exec')
-    exec(code, vars(main))
+    status = 0
+    try:
+        exec(code, vars(main))
+    except SystemExit as end:
+        status = 0 if end.code is None else end.code
+    if isinstance(status, int):
+        _end(status)
+    raise SystemExit(status)
+
+
+def _end(status):
+    """End as Python does, but for freeing what is loaded: that would copy all memory of the fork."""
+    threading._shutdown()
+    atexit._run_exitfuncs()
+    with contextlib.suppress(OSError):  # Python says why it cannot
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status & 0xFF)
 
 
 if __name__ == '__main__':

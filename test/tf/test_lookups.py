@@ -129,6 +129,7 @@ def is_between_well_defined(transforms):
     )
 
 
+@pytest.mark.slow
 @given(forests(), times, times)
 def test_a_lookup_over_time_agrees_with_tf2(transforms, target_time, source_time):
     arguments = ('f1', rospy.Time.from_sec(target_time), 'f2', rospy.Time.from_sec(source_time), 'f0')

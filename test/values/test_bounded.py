@@ -276,6 +276,7 @@ def test_many_sources_take_memory_in_proportion_to_them(make):
     assert peaks[20_000] < 4000  # bytes
 
 
+@pytest.mark.slow
 def test_adding_a_value_of_many_sources_again_and_again_stays_bounded():
     many, x = summed(5_000), track(0.0, A)
     for _ in range(STEPS):

@@ -242,7 +242,7 @@ def test_several_sources_move_where_none_alone_can():
     assert 'above its maximum' in refusal(a + b, 2.1, bounds=bounds)
 
 
-@pytest.mark.parametrize('count', [50, 2000])
+@pytest.mark.parametrize('count', [50, pytest.param(2000, marks=pytest.mark.slow)])
 def test_many_sources_move_where_none_alone_can(count):
     leaves = [track(1.0, Source('/sum', number)) for number in range(count)]
     bounds = {Source('/sum', number): (0.0, 1.5) for number in range(count)}
@@ -374,6 +374,7 @@ def test_many_poses_in_a_map_that_turns_are_solved_together():
     assert evaluate(points, solve(points, targets)) == pytest.approx(targets, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_cost_of_many_poses_grows_with_their_number_not_its_square():
     few, many = (poses(count) for count in (100, 1600))
     solve(*few)  # what is imported and made once is not counted

@@ -30,6 +30,7 @@ def test_a_node_that_ends_takes_its_things_along_and_brings_them_again(master, b
         browser.wait_until_gone(PLACE)
 
 
+@pytest.mark.slow
 def test_a_browser_that_comes_back_sees_the_present(page, browser):
     with Node('post', POST):
         see_post(browser)
@@ -41,6 +42,7 @@ def test_a_browser_that_comes_back_sees_the_present(page, browser):
         browser.see(ELSEWHERE)
 
 
+@pytest.mark.slow
 def test_a_browser_connects_again_to_a_page_that_was_away(master, page, browser):
     other = Server('__name:=again')
     try:

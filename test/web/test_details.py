@@ -133,6 +133,7 @@ def test_a_refused_drag_is_told_and_the_thing_goes_back(master, browser):
         assert float(rosslt('get', '/wall/place').stdout) <= 0.5
 
 
+@pytest.mark.slow
 def test_a_waypoint_is_duplicated_in_the_details(master, browser, tmp_path):
     with Unmodified(tmp_path, 'patrol', PATROL) as node:
         browser.wait_for_text('WAYPOINTS_0_0')

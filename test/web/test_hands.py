@@ -78,6 +78,7 @@ def test_a_ring_turns_a_thing(first):
     assert value('/box/along') == 0.0
 
 
+@pytest.mark.slow
 def test_of_two_browsers_the_first_hand_holds_a_thing_and_the_other_one_follows(first, page):
     second = Browser(page.url)
     try:

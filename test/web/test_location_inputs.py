@@ -133,6 +133,7 @@ while not rospy.is_shutdown():
 WIDTH, SHAPE = 'width', 'publish'
 
 
+@pytest.mark.slow
 def test_what_gives_a_formula_its_shape_is_shown_if_asked_for(browser, tmp_path):
     with Unmodified(tmp_path, 'half', HALF):
         browser.wait_for_text('half.py')

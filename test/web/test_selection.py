@@ -125,6 +125,7 @@ def test_a_body_without_tracked_numbers_is_clicked_for_the_sizes(view):
     view.picture('sizes_alone')
 
 
+@pytest.mark.slow
 def test_what_no_change_moves_says_why_and_lets_a_drag_turn_the_view(view, page):
     try:
         view.see(FIXED)

@@ -59,6 +59,7 @@ def test_the_line_of_a_path_and_the_axes_of_a_pose_are_drawn(master, browser):
         browser.picture('lines')
 
 
+@pytest.mark.slow
 def test_a_second_browser_sees_it(script, browser, page):
     see(browser, script)
     second = Browser(page.url)
