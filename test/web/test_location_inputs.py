@@ -146,3 +146,32 @@ def test_what_gives_a_formula_its_shape_is_shown_if_asked_for(browser, tmp_path)
         browser.wait(lambda: SHAPE not in browser.labels(), 'its field is gone')
         rosslt('set', '/half/publish', '8.0')
         browser.wait(lambda: '● ' + SHAPE in browser.labels(), 'it is shown as somebody has changed it')
+
+
+LEGS = """import rospy
+from geometry_msgs.msg import Point
+
+SPEED = 1.5
+
+
+class Leg:
+    def __init__(self):
+        self.speed = SPEED
+
+
+rospy.init_node('legs')
+pub = rospy.Publisher('legs', Point, queue_size=1)
+leg = None
+while not rospy.is_shutdown():
+    rospy.sleep(0.05)
+    leg = leg or Leg()
+    pub.publish(leg.speed, SPEED, 0.0)
+"""
+
+
+def test_what_still_has_the_former_value_is_told(browser, tmp_path):
+    with Unmodified(tmp_path, 'legs', LEGS):
+        browser.wait(lambda: 'SPEED' in browser.labels(), 'its number is there')
+        browser.type('SPEED', '2.5')
+        browser.wait_for_text('speed of /legs still holds what was made of the former value')
+        assert rosslt('get', '/legs/SPEED').stdout == '2.5\n'

@@ -20,7 +20,7 @@ from rosslt import files
 from rosslt.markers import contained
 from rosslt.node import Place, why_whole
 from rosslt.web.drawing import MANY
-from rosslt.web.locations import PAUSE, Key, Locations
+from rosslt.web.locations import PAUSE, Key, Locations, Wish
 
 #: A slider has about so many steps.
 STEPS = 1000
@@ -181,7 +181,9 @@ class Numbers:
             self._wish(field, client, value)
 
     def _wish(self, field: Field, client: viser.ClientHandle, value: object) -> None:
-        self._locations.wish(field.place, value, str(client.client_id), functools.partial(self._refuse, field, client))
+        told = functools.partial(self._tell, client, f'{_label(field.place)} is changed')
+        refused = functools.partial(self._refuse, field, client)
+        self._locations.wish(field.place, Wish(value, str(client.client_id), refused, told))
 
     def _refuse(self, field: Field, client: viser.ClientHandle, reason: str) -> None:
         """Say why a value is not taken; the field goes back to the one in force."""

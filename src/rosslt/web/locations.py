@@ -30,11 +30,13 @@ class Wish(NamedTuple):
         value: the new value.
         hand: whose wish it is.
         refused: called with the reason if it is refused.
+        told: called with what the node's memory still has of the former value, once the hand has paused.
     """
 
     value: Any
     hand: str
     refused: Callable[[str], None]
+    told: Callable[[str], None]
 
 
 class Locations:
@@ -55,6 +57,8 @@ class Locations:
         self._wishes: Dict[Key, Wish] = {}
         self._changes: Dict[Key, Tuple[str, node.ChangeRequest]] = {}  # the last one of each, and whose it is
         self._requests = futures.ThreadPoolExecutor(1)
+        self._changed: Dict[Key, Tuple[Wish, node.ChangeRequest]] = {}  # what is not told of yet
+        self._after = node.Callbacks('rosslt after changes')
 
     def nodes(self) -> List[str]:
         """The nodes that have locations, sorted."""
@@ -67,18 +71,13 @@ class Locations:
             there = {name: list(places.values()) for name, places in sorted(self._places.items())}
         return node.listed(there, self.shows_all)
 
-    def wish(self, place: Place, value: object, hand: str, refused: Callable[[str], None]) -> None:
-        """Have a location changed soon; a later wish replaces one that still waits.
-
-        Args:
-            place: the location.
-            value, hand, refused: as in a Wish.
-        """
+    def wish(self, place: Place, wish: Wish) -> None:
+        """Have a location changed soon; a later wish replaces one that still waits."""
         key = place.node, place.location.id
         with self._lock:
             if key not in self._wishes:
                 self._requests.submit(self._change, key)
-            self._wishes[key] = Wish(value, hand, refused)
+            self._wishes[key] = wish
 
     def update(self, graph: Graph) -> None:
         """Ask all nodes for their locations; `<node>/rosslt/changes` tells of changes in between."""
@@ -122,6 +121,17 @@ class Locations:
                 wish.refused(refusal(error))
             else:
                 self._take(key, node.to_json(changed[source].new))
+                with self._lock:
+                    self._changed[key] = wish, request
+                self._after.call_soon(self._say_outdated, PAUSE)
+
+    def _say_outdated(self) -> None:
+        with self._lock:
+            changed, self._changed = self._changed, {}
+        for wish, request in changed.values():
+            outdated = request.outdated()
+            if outdated:
+                wish.told(outdated)
 
     def _request(self, key: Key, hand: str) -> node.ChangeRequest:
         """The request for a change of a location: the last request if the hand goes on moving the same location."""
