@@ -2,14 +2,12 @@
 
 import json
 import re
-import subprocess
 
 import pytest
 import rosbag
 from std_msgs.msg import String
 
-from support.processes import wait_until
-from support.shell import failure, lines, on_terminal, rosslt
+from support.shell import failure, lines, on_terminal, record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -20,13 +18,7 @@ NO_MASTER = {'ROS_MASTER_URI': 'http://localhost:1'}
 def bag(request, nodes, tmp_path_factory):
     """A bag of a few messages of /gate (in-band) and of /pose (of a tracked type)."""
     path = tmp_path_factory.mktemp('bags') / 'run.bag'
-    subprocess.run(
-        ['rosbag', 'record', '-O', str(path), '--limit', '5', *request.param.split(), '/gate', '/pose'],
-        check=True,
-        stdout=subprocess.DEVNULL,
-        timeout=60,
-    )
-    wait_until(path.exists, 'the bag is there')
+    record_bag(path, 5, *request.param.split(), '/gate', '/pose')
     return str(path)
 
 
@@ -58,12 +50,7 @@ def bag_with_names(nodes, tmp_path_factory):
         # each ends by itself when it has so many messages of its one topic
         for topic, count in (('/gate', 5), ('/talker/rosslt/locations', 1)):
             part = str(folder / 'part.bag')
-            subprocess.run(
-                ['rosbag', 'record', '-O', part, '--limit', str(count), topic],
-                check=True,
-                stdout=subprocess.DEVNULL,
-                timeout=60,
-            )
+            record_bag(part, count, topic)
             with rosbag.Bag(part) as recorded:
                 for name, raw, stamp, header in recorded.read_messages(raw=True, return_connection_header=True):
                     both.write(name, raw, stamp, raw=True, connection_header=header)

@@ -1,6 +1,5 @@
 """Bags of topics that several nodes publish, and of types that have the same fields: each message stays what it was."""
 
-import io
 import json
 
 import genpy
@@ -10,7 +9,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Float64
 
 from rosslt import Source, track
-from rosslt.messages import append_provenance
+from support.filling import in_band
 from support.shell import lines, rosslt
 
 NO_MASTER = {'ROS_MASTER_URI': 'http://localhost:1'}
@@ -25,9 +24,6 @@ def record(path, sent):
     """Write a bag of (topic, publisher, message), each on a connection of its own, as `rosbag record` does."""
     with rosbag.Bag(str(path), 'w') as bag:
         for second, (topic, publisher, message) in enumerate(sent, 1):
-            buff = io.BytesIO()
-            message.serialize(buff)
-            append_provenance(message, buff)
             header = {
                 'topic': topic,
                 'type': message._type,
@@ -36,7 +32,7 @@ def record(path, sent):
                 'callerid': publisher,
             }
             bag._topic_connections.clear()  # else it would write on the connection of the topic's first message
-            raw = message._type, buff.getvalue(), message._md5sum, type(message)
+            raw = message._type, in_band(message), message._md5sum, type(message)
             bag.write(topic, raw, genpy.Time(second), raw=True, connection_header=header)
     return str(path)
 

@@ -1,15 +1,14 @@
 """`rosslt fit`: a robot's wheel radius and wheelbase from the odometry in a bag and the truth beside it."""
 
 import re
-import subprocess
 
 import numpy
 import pytest
 import rosbag
 from scipy.optimize import least_squares
 
-from support.processes import Node, wait_until
-from support.shell import failure, lines, on_terminal, rosslt
+from support.processes import Node
+from support.shell import failure, lines, on_terminal, record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -67,13 +66,7 @@ def run(master, tmp_path_factory):
     """The node, and the bag of its run."""
     path = tmp_path_factory.mktemp('fit') / 'run.bag'
     with Node('robot', ODOMETRY, '_rosslt/rate:=1000') as node:
-        subprocess.run(
-            ['rosbag', 'record', '-O', str(path), '--limit', str(COUNT), '/odometry', '/truth'],
-            check=True,
-            stdout=subprocess.DEVNULL,
-            timeout=100,
-        )
-        wait_until(path.exists, 'the bag is there')
+        record_bag(path, COUNT, '/odometry', '/truth')
         yield node, str(path)
 
 

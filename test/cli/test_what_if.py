@@ -1,13 +1,11 @@
 """`rosslt bag --set`: the messages of a bag as they would have been are those of a real run with that value."""
 
-import subprocess
-
 import pytest
 import rosbag
 
 from rosslt import messages, values
-from support.processes import Node, wait_until
-from support.shell import failure, lines, rosslt
+from support.processes import Node
+from support.shell import failure, lines, record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -68,13 +66,7 @@ TOPICS = ['odometry', 'way', 'narrow', 'whole', 'tracked', 'plain']
 def record(path, *options):
     """Record a run of the node, which is still there afterwards."""
     node = Node('planner', PLANNER.format(count=COUNT), '_rosslt/rate:=1000', *options)
-    subprocess.run(
-        ['rosbag', 'record', '-O', str(path), '--limit', str(COUNT), *TOPICS],
-        check=True,
-        stdout=subprocess.DEVNULL,
-        timeout=100,
-    )
-    wait_until(path.exists, 'the bag is there')
+    record_bag(path, COUNT, *TOPICS)
     return node
 
 
@@ -168,13 +160,7 @@ def test_nothing_is_overwritten(runs):
 
 def test_messages_that_have_no_value_any_more_are_left_out_and_named(master, tmp_path):
     with Node('rooter', ROOTS, '_rosslt/rate:=1000'):
-        subprocess.run(
-            ['rosbag', 'record', '-O', str(tmp_path / 'run.bag'), '--limit', '5', 'root'],
-            check=True,
-            stdout=subprocess.DEVNULL,
-            timeout=100,
-        )
-        wait_until((tmp_path / 'run.bag').exists, 'the bag is there')
+        record_bag(tmp_path / 'run.bag', 5, 'root')
         result = rosslt('bag', str(tmp_path / 'run.bag'), '--set', '/rooter/a=-1', '-o', str(tmp_path / 'out.bag'))
         assert result.returncode == 0
         assert result.stdout == 'root\t5\t0\n'

@@ -3,7 +3,6 @@
 import contextlib
 import os
 import signal
-import subprocess
 
 import pytest
 import rosgraph
@@ -17,7 +16,7 @@ from visualization_msgs.msg import InteractiveMarkerInit, MarkerArray
 
 import rosslt
 from rosslt import node, values
-from support.packages import package_of_node
+from support.packages import launched, package_of_node
 from support.processes import node_pid, wait_until
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -400,16 +399,6 @@ def launched_nodes(tmp_path):
     """A package with a node; the environment in which it is found."""
     code = LATCHED.replace("'latched', Float64", "'launched', Float64")
     return package_of_node(tmp_path, 'launched_nodes', 'talker.py', code)
-
-
-@contextlib.contextmanager
-def launched(environment, *words):
-    process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        yield
-    finally:
-        process.terminate()
-        process.wait(30)
 
 
 def test_a_launch_file_runs_its_nodes_tracked(run, tmp_path, launched_nodes):

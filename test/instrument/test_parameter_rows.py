@@ -1,11 +1,8 @@
 """Rows of lists in YAML and launch files that `rosslt launch` has read."""
 
-import signal
-import subprocess
-
 from geometry_msgs.msg import PointStamped
 
-from support.packages import package_of_node
+from support.packages import launched, package_of_node
 from support.saving import change, places, save
 from support.shell import failure, rosslt
 
@@ -59,8 +56,7 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
         assert (result.returncode, result.stdout.split('\t')[1:3]) == (0, [operation, 'undone']), result.stderr
         assert result.stderr == 'rosslt undo: the next `rosslt launch` of the file has the rows as they are now\n'
 
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         assert heard.next().point.x == 6.0
         ids = {place.local_name: place.location.id for place in places('/tour')}
         assert '+  - {x: 2.0, y: 2}  # the door' in done('duplicate', '/tour/~stops/1', '--diff').stdout
@@ -107,11 +103,7 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
             '[1.5, 2.5]  # ä\n    - [3.5, 4.5]', '[3.5, 4.5]\n    - [1.5, 2.5]  # ä'
         )
         assert 'no list of alike rows stands here' in failure('row', 'down', '/tour/~speed')
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         heard.next(lambda message: message.point.x == 2.25 + 3.5 + 2.0)
         # The node of now has read the rows where they stood before the undo.
         undone('down')
@@ -119,6 +111,3 @@ def test_a_row_is_written_where_it_stands_and_others_are_saved_beside_it(master,
         change('/tour', {ids['/rail/0/0']: 4.5})
         save('/tour')
         assert launch.read_text(encoding='utf-8') == before.replace('[3.5', '[4.5')
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)

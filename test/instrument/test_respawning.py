@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import subprocess
 
 import pytest
 import rosgraph
@@ -11,8 +10,9 @@ import rospy
 from geometry_msgs.msg import PointStamped
 
 from rosslt import node, values
-from support.packages import package_of_node
+from support import packages
 from support.processes import node_pid, wait_until
+from support.saving import point
 from support.shell import lines
 from support.shell import rosslt as command
 from support.unmodified import Listener, Unmodified
@@ -121,8 +121,7 @@ def test_numbers_of_a_table_keep_their_changes_after_another_was_saved(master, t
         heard.comes(lambda message: (message.point.y, message.point.z) == (1.75, 2.5))
         started.stop(signal.SIGKILL)
         with Unmodified(tmp_path, 'table', started.file.read_text()) as again:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.75, 2.5)
+            assert point(heard.next()) == [0.5, 1.75, 2.5]
             again.stop()
 
 
@@ -158,15 +157,13 @@ def test_changes_below_a_row_that_was_added_are_kept_and_taken_back(master, tmp_
         heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
         started.stop(signal.SIGKILL)
         with Unmodified(tmp_path, 'added', started.file.read_text()) as again:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.5, 2.5)
+            assert point(heard.next()) == [0.5, 1.5, 2.5]
             undone = command('undo', '/added')
             assert undone.stdout.split('\t')[:3] == ['/added/WAYPOINTS_3_0', '2.5', '2.25'], undone
             heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.25))
             again.stop(signal.SIGKILL)
             with Unmodified(tmp_path, 'added', again.file.read_text()) as third:
-                message = heard.next()
-                assert (message.point.x, message.point.y, message.point.z) == (0.5, 1.5, 2.25)
+                assert point(heard.next()) == [0.5, 1.5, 2.25]
                 assert [line[:3] for line in save('/added')] == [['/added/WAYPOINTS_2_0', '1.25', '1.50']]
                 _, output, _ = third.stop()
                 assert 'is another number' not in output
@@ -181,20 +178,17 @@ def test_numbers_of_a_table_keep_their_changes_after_another_was_edited(master, 
         heard.comes(lambda message: (message.point.y, message.point.z) == (1.5, 2.5))
         started.stop(signal.SIGKILL)
         with Unmodified(tmp_path, 'edited', EDITED) as again:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.25, 1.5, 2.5)
+            assert point(heard.next()) == [0.25, 1.5, 2.5]
             again.file.write_text(EDITED.replace('0.25', '0.75'))
             heard.comes(lambda message: message.point.x == 0.75)
             change('/edited', WAYPOINTS_0_0=0.875)
             again.stop(signal.SIGKILL)
         with Unmodified(tmp_path, 'edited', again.file.read_text()) as third:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.875, 1.5, 2.5)
+            assert point(heard.next()) == [0.875, 1.5, 2.5]
             third.stop(signal.SIGKILL)
         # It is edited while the node does not run: what was meant for the former numbers reaches none.
         with Unmodified(tmp_path, 'edited', third.file.read_text().replace('1.25', '3.25')) as fourth:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.75, 3.25, 2.25)
+            assert point(heard.next()) == [0.75, 3.25, 2.25]
             _, output, _ = fourth.stop()
             assert 'edited.py:5:6 now says 3.25 where it said 1.25: the parameter' in output
             assert 'edited.py:6:6 is another number than in an earlier run: the parameter' in output
@@ -208,8 +202,7 @@ def test_a_moved_program_drops_changes_and_says_so_of_these_alone(master, tmp_pa
         heard.comes(lambda message: message.point.y == 1.5)
         started.stop(signal.SIGKILL)
         with Unmodified(moved, 'moved', text) as again:
-            message = heard.next()
-            assert (message.point.x, message.point.y, message.point.z) == (0.25, 1.25, 2.25)
+            assert point(heard.next()) == [0.25, 1.25, 2.25]
             _, output, _ = again.stop()
     assert output.count('is another number than in an earlier run') == 1
     assert 'the parameter /moved/rosslt/WAYPOINTS_1_0 = 1.5 of it is dropped' in output
@@ -430,18 +423,11 @@ COUNTED = PUBLISHING.format(name='counted', start='height = 2', fill='p.point.x 
 @pytest.fixture
 def launched(master, tmp_path):
     """The folder of a package whose node is started again whenever it ends."""
-    environment = package_of_node(tmp_path, 'returning_package', 'launched.py', LAUNCHED)
+    environment = packages.package_of_node(tmp_path, 'returning_package', 'launched.py', LAUNCHED)
     (tmp_path / 'all.launch').write_text(LAUNCH_FILE.format(folder=tmp_path))
     (tmp_path / 'tool.yaml').write_text('tool: {far: [1.0, 7.5]}  # 7.5\n')
-    process = subprocess.Popen(
-        ['rosslt', 'launch', '--no-markers', str(tmp_path / 'all.launch')],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    yield tmp_path
-    process.send_signal(signal.SIGINT)
-    process.wait(60)
+    with packages.launched(environment, 'rosslt', 'launch', '--no-markers', str(tmp_path / 'all.launch')):
+        yield tmp_path
 
 
 def pid():

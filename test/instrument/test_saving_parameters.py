@@ -1,14 +1,12 @@
 """Changed parameters are written back into the launch and YAML files that they were read from."""
 
 import math
-import signal
-import subprocess
 
 from geometry_msgs.msg import PointStamped
 from roslaunch.config import ROSLaunchConfig
 
 from rosslt.instrument.parameter_origins import NotingLoader
-from support.packages import package_of_node
+from support.packages import launched, package_of_node
 from support.saving import change, places, point, save
 from support.shell import rosslt as command
 
@@ -67,8 +65,7 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
     before = [file.read_bytes() for file in (launch, tall, turn)]
     heard = hearing('launched', PointStamped)
     start = ['rosslt', 'launch', '--no-markers', str(launch)]
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         heard.next()
         ids = {place.local_name: place.location.id for place in places('/launched')}
         change('/launched', {ids['~tool/length']: 4.25, ids['~tool/tip/0']: 0.75})
@@ -100,9 +97,6 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         change('/launched', {ids[name]: value for name, value in texts.items()})
         assert len(save('/launched').splitlines()) == 7
         assert save('/launched') == ''
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
     assert [file.read_bytes() for file in (launch, tall, turn)] == [
         before[0]
         .replace(b"value='2.50'", b"value='3.25'")
@@ -112,25 +106,17 @@ def test_parameters_are_written_into_the_launch_and_yaml_files_that_they_come_fr
         before[1].replace(b'[1.0, 2.50,', b'[1.0, 4.00,').replace(b'"left"', b'"right\'s"'),
         b'turn: 0.39269908169872414\n',
     ]
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         assert heard.next(lambda message: point(message) == wanted).header.frame_id == frame
         assert save('/launched') == ''
         change('/launched', {ids['/tall/heights/1']: 6.75})
         heard.next(lambda message: message.point.y == 6.75)
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
     # What was changed while the node ran before, it reads as it is now.
-    process = subprocess.Popen(['rosslt', 'run', str(script), '__name:=launched'], env=environment)
-    try:
+    with launched(environment, 'rosslt', 'run', str(script), '__name:=launched'):
         heard.next(lambda message: message.point.y == 6.75)
         assert save('/launched').splitlines() == [f'/launched//tall/heights/1\t4.00\t6.75\t{tall}']
         expected = before[1].replace(b'[1.0, 2.50,', b'[1.0, 6.75,').replace(b'"left"', b'"right\'s"')
         assert tall.read_bytes() == expected
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
 
 
 INCLUDED = """<launch>
@@ -155,8 +141,7 @@ def test_what_a_file_says_for_several_nodes_is_written_where_they_agree(master, 
     before = included.read_text(), heights.read_text()
     heard = {name: hearing(f'{name}/launched', PointStamped) for name in ('left', 'right')}
     start = ['rosslt', 'launch', '--no-markers', str(both)]
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         for name, one in heard.items():
             one.next()
             ids = {place.local_name: place.location.id for place in places(f'/{name}/included')}
@@ -169,9 +154,6 @@ def test_what_a_file_says_for_several_nodes_is_written_where_they_agree(master, 
                 assert (included.read_text(), heights.read_text()) == before
         assert len(save('/left/included').splitlines()) == 2
         assert save('/right/included') == ''
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
     assert included.read_text() == before[0].replace('1.5', '3.25')
     assert heights.read_text() == before[1].replace('2.5', '4.25')
 
@@ -197,8 +179,7 @@ def test_where_a_whole_number_takes_no_fraction_its_line_is_named(master, hearin
     )
     heard = hearing('launched', PointStamped)
     start = ['rosslt', 'launch', '--no-markers', str(launch)]
-    process = subprocess.Popen(start, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with launched(environment, *start):
         heard.next()
         read = next(place.file for place in places('/counting') if place.local_name == '~n')
         for name, given in (
@@ -209,9 +190,6 @@ def test_where_a_whole_number_takes_no_fraction_its_line_is_named(master, hearin
             told = command('set', f'/counting/~{name}', '0.05').stderr
             assert told == f"rosslt set: /counting/~{name}: '0.05' is not an int; it is given as {given}\n"
         assert 'it is given' not in command('set', '/counting/~ki', 'far').stderr
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(60)
 
 
 def test_a_long_text_that_a_file_says_is_not_kept_beside_the_origins(tmp_path):

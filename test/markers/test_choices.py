@@ -14,6 +14,7 @@ from rosslt.markers.offers import Offers
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from support.processes import wait_until
+from support.scenery import take
 
 X, SHIFT, Y, Z, ROLL, PITCH, YAW, W = [values.Source('/cart', number) for number in range(8)]
 POST, NEXT_POST, OFFSET = ([values.Source('/guard', 10 * row + axis) for axis in range(2)] for row in range(3))
@@ -47,8 +48,7 @@ class Patrol:
         marker.header.frame_id = 'world'
         marker.pose.position.x = values.track(1.0, post[0]) + values.track(0.0, OFFSET[0])
         marker.pose.position.y = values.track(2.0, post[1]) + values.track(0.0, OFFSET[1])
-        marker._connection_header = {'callerid': '/guard'}
-        self.scene.take('/posts', marker, is_shown=True)
+        take(self.scene, '/posts', marker, '/guard')
 
     def choose(self, *sources):
         for source in sources:
@@ -169,8 +169,7 @@ def offered(marker, is_planar, part=''):
     """The sources that the menu offers for the drags of a thing, the default first."""
     scene = Scene(Settings(is_planar=is_planar))
     offers = Offers(scene, Drags(scene, Rules(), str), Descriptions())
-    marker._connection_header = {'callerid': '/cart'}
-    scene.take('/carts', marker, is_shown=True)
+    take(scene, '/carts', marker, '/cart')
     return [choice.source or choice.changed for choice in offers.choices(scene.handle('/carts::0' + part))]
 
 

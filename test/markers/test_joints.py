@@ -21,6 +21,7 @@ from rosslt.markers.scene.scene import Scene
 from rosslt.node.change import change_request
 from rosslt.node.robot_description import read_robot
 from support.processes import wait_until
+from support.scenery import take
 
 URDF = """
 <robot name="crane">
@@ -98,9 +99,7 @@ def crane(monkeypatch):
 def scene_of(name, present, topic='/joint_states', scene=None):
     """A scene with a joint whose position is tracked."""
     scene = scene or Scene(Settings())
-    message = JointState(name=[name], position=[tracked(present)])
-    message._connection_header = {'callerid': '/owner'}
-    scene.take(topic, message, is_shown=True)
+    take(scene, topic, JointState(name=[name], position=[tracked(present)]))
     return scene
 
 
@@ -234,11 +233,15 @@ def source(number):
     return values.Source('/owner', number)
 
 
+def states(scene, **positions):
+    """Have a scene take the positions of joints."""
+    take(scene, '/joint_states', JointState(name=list(positions), position=list(positions.values())))
+    return scene
+
+
 def pose_of(**positions):
-    """The scene with an arm, whose joints have these positions."""
-    scene, message = Scene(Settings()), JointState(name=list(positions), position=list(positions.values()))
-    message._connection_header = {'callerid': '/owner'}
-    scene.take('/joint_states', message, is_shown=True)
+    """The handles of an arm, whose joints have these positions."""
+    scene = states(Scene(Settings()), **positions)
     return {name[len('/joint_states:') :]: scene.handle(name) for name in scene.names()}
 
 
@@ -379,18 +382,14 @@ def test_a_joint_that_mimics_another_is_that_one(arm):
 
 
 def test_joints_of_one_robot_are_no_others_of_each_other(arm):
-    scene, message = Scene(Settings()), JointState(name=list(standing()), position=list(standing().values()))
-    message._connection_header = {'callerid': '/owner'}
-    scene.take('/joint_states', message, is_shown=True)
+    scene = states(Scene(Settings()), **standing())
     assert [set(), set()] == scene.shared(scene.handle('/joint_states:link hand'))
 
 
 def test_a_view_that_draws_the_robot_draws_what_does_not_move_as_well(arm, monkeypatch):
     describe(monkeypatch, {'/robot_description': ARM.replace('<link name="lamp"/>', LAMP)})
     for draws_all in (False, True):
-        scene, message = Scene(Settings(draws_all=draws_all)), JointState(name=['elbow'], position=[tracked(1.0)])
-        message._connection_header = {'callerid': '/owner'}
-        scene.take('/joint_states', message, is_shown=True)
+        scene = states(Scene(Settings(draws_all=draws_all)), elbow=tracked(1.0))
         lamp, fore = scene.handle('/joint_states:link lamp'), scene.handle('/joint_states:link fore')
         assert (lamp is not None) == draws_all
         assert fore.draws_thing == draws_all
@@ -410,33 +409,23 @@ def test_what_mimics_a_joint_stays_within_its_limits_as_well(arm, monkeypatch):
 
 def test_messages_of_several_publishers_keep_each_others_handles(arm):
     scene = Scene(Settings(draws_all=True))
-
-    def take(**positions):
-        message = JointState(name=list(positions), position=list(positions.values()))
-        message._connection_header = {'callerid': '/owner'}
-        scene.take('/joint_states', message, is_shown=True)
-        return set(scene.names())
-
-    shoulder = take(shoulder=standing()['shoulder'])
-    both = take(elbow=standing()['elbow'])
+    shoulder = set(states(scene, shoulder=standing()['shoulder']).names())
+    both = set(states(scene, elbow=standing()['elbow']).names())
     assert shoulder < both
-    assert take(shoulder=standing(1.0)['shoulder']) == both
+    assert set(states(scene, shoulder=standing(1.0)['shoulder']).names()) == both
     assert scene.handle('/joint_states:link fore').frame == 'upper'
 
 
 def test_handles_of_a_description_that_is_no_more_go(monkeypatch):
     parameters = {'/robot_description': ARM}
     describe(monkeypatch, parameters)
-    scene = Scene(Settings())
-    message = JointState(name=list(standing()), position=list(standing().values()))
-    message._connection_header = {'callerid': '/owner'}
-    scene.take('/joint_states', message, is_shown=True)
+    scene = states(Scene(Settings()), **standing())
     parameters['/robot_description'] = ARM.replace('"hand"', '"gripper"')
-    scene.take('/joint_states', message, is_shown=True)
+    states(scene, **standing())
     assert '/joint_states:link gripper' in scene.names()
     assert '/joint_states:link hand' not in scene.names()
     parameters['/robot_description'] = '<robot/>'
-    scene.take('/joint_states', message, is_shown=True)
+    states(scene, **standing())
     assert not scene.names()
 
 
@@ -447,9 +436,7 @@ def test_positions_are_those_that_robot_state_publisher_takes(arm):
         (['elbow', 'elbow'], [tracked(0.5), tracked(1.0)], 0.5),
         (['elbow', 'shoulder'], [tracked(1.0)], 0.5),
     ):
-        message = JointState(name=names, position=positions)
-        message._connection_header = {'callerid': '/owner'}
-        scene.take('/joint_states', message, is_shown=True)
+        take(scene, '/joint_states', JointState(name=names, position=positions))
         (position,) = scene.handle('/joint_states:elbow').tracked
         assert position == there, names
 

@@ -28,6 +28,7 @@ from rosslt.markers.scene import by_type, duplicates, joints
 from rosslt.markers.scene.by_type import KINDS, MessageKind
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
+from support.scenery import take
 
 
 def tracked(value, number=1):
@@ -83,11 +84,6 @@ def clock(monkeypatch):
     result = Clock()
     monkeypatch.setattr(rospy.Time, 'now', staticmethod(result))
     return result
-
-
-def take(scene, topic, message, publisher='/publisher'):
-    message._connection_header = {'callerid': publisher}
-    scene.take(topic, message, True)
 
 
 def pose_stamped(x):
@@ -322,7 +318,7 @@ def test_a_message_without_a_frame_is_warned_of(scene, seen, warned):
     message.pose.position.x = tracked(1.0)
     take(scene, '/waypoint', message)
     assert not seen.handles
-    assert warned == ['/publisher on /waypoint: the message has no frame_id']
+    assert warned == ['/owner on /waypoint: the message has no frame_id']
 
 
 @pytest.mark.parametrize('colors', ['color', 'colors'])
@@ -333,7 +329,7 @@ def test_a_marker_with_a_color_that_is_no_number_is_warned_of_and_not_shown(scen
     setattr(message, colors, color if colors == 'color' else [color])
     take(scene, '/markers', message)
     assert not seen.handles
-    assert warned == ['/publisher on /markers: marker thing/0 has a number that is not finite']
+    assert warned == ['/owner on /markers: marker thing/0 has a number that is not finite']
 
 
 def test_the_size_of_balls_is_a_setting(seen):

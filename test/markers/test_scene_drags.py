@@ -21,6 +21,7 @@ from rosslt.markers.scene.follower import Follower
 from rosslt.markers.scene.handle import Settings
 from rosslt.markers.scene.scene import Scene
 from rosslt.node.change import change_request, closed_loop
+from support import scenery
 from support.processes import wait_until
 
 HEIGHT, TIME = values.Source('/owner', 1), values.Source('/owner', 2)
@@ -40,13 +41,26 @@ def test_long_numbers_are_cut():
     assert wording.short_numbers('at 2.0999999046325684 of 0.5') == 'at 2.1 of 0.5'
 
 
+def box_at(x, frame='world', number=0):
+    marker = Marker(type=Marker.CUBE, id=number)
+    marker.header.frame_id = frame
+    marker.pose.position.x = x
+    return marker
+
+
+def turned_by(angle, x=0.0):
+    marker = box_at(x)
+    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
+    return marker
+
+
+def take(scene, message):
+    scenery.take(scene, '/boxes', message)
+
+
 def box_scene():
     scene = Scene(Settings())
-    marker = Marker(type=Marker.CUBE)
-    marker.header.frame_id = 'world'
-    marker.pose.position.x = values.track(1.0, HEIGHT)
-    marker._connection_header = {'callerid': '/owner'}
-    scene.take('/boxes', marker, is_shown=True)
+    take(scene, box_at(values.track(1.0, HEIGHT)))
     return scene
 
 
@@ -113,16 +127,10 @@ class Notes:
         return self._said
 
 
-def moving_scene(yaw=0.3):
+def moving_scene():
     """A box that has moved on to x = 1 and has turned on."""
     scene = Scene(Settings())
-    marker = Marker(type=Marker.CUBE)
-    marker.header.frame_id = 'world'
-    marker.pose.position.x = values.track(1.0, HEIGHT)
-    turned = values.track(yaw, TIME)
-    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(turned / 2), math.cos(turned / 2)
-    marker._connection_header = {'callerid': '/owner'}
-    scene.take('/boxes', marker, is_shown=True)
+    take(scene, turned_by(values.track(0.3, TIME), values.track(1.0, HEIGHT)))
     return scene
 
 
@@ -192,16 +200,13 @@ def test_the_first_pose_that_a_hand_reports_is_where_it_takes_hold():
     assert (drag.start[0], drag.is_moved, drag.is_turned) == (0.9, True, False)
 
 
-def take(scene, message):
-    message._connection_header = {'callerid': '/owner'}
-    scene.take('/boxes', message, is_shown=True)
-
-
-def box_at(x, frame='world', number=0):
-    marker = Marker(type=Marker.CUBE, id=number)
-    marker.header.frame_id = frame
-    marker.pose.position.x = x
-    return marker
+def shown(*messages, is_live=True):
+    """A scene that has taken messages, the drags in it, and all that it says."""
+    scene = Scene(Settings())
+    notes = Notes(scene)
+    for message in messages:
+        take(scene, message)
+    return scene, Drags(scene, Rules(is_live=is_live), str), notes
 
 
 def line_through(*points):
@@ -214,10 +219,7 @@ def line_through(*points):
 
 def drag_while(name, before, during, end):
     """Drag a handle from x = 1 while a message comes; gives what is said."""
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    take(scene, before)
-    drags = Drags(scene, Rules(is_live=False), str)
+    scene, drags, notes = shown(before, is_live=False)
     assert drags.hold(name, frame='world', pose=at(1.0))
     take(scene, during)
     assert drags.release(name, 'world', at(end))
@@ -262,11 +264,8 @@ def test_a_hand_changes_nothing_but_what_it_took_hold_of(asked, shift):
 
 def test_a_hand_changes_no_number_that_the_next_target_shares(asked):
     """As the distance that all targets of a patrol keep from their shelves."""
-    scene = Scene(Settings())
-    notes = Notes(scene)
     distance = values.track(0.4, C)
-    take(scene, box_at(values.track(1.0, A) - distance))
-    drags = Drags(scene, Rules(is_live=False), str)
+    scene, drags, notes = shown(box_at(values.track(1.0, A) - distance), is_live=False)
     assert drags.hold('/boxes::0', frame='world', pose=at(0.6))
     take(scene, box_at(values.track(7.0, B) - distance))
     assert drags.release('/boxes::0', 'world', at(2.0))
@@ -279,10 +278,7 @@ def test_a_person_is_told_of_what_follows_no_change(asked, monkeypatch):
     stays = 'stops (itertools.cycle) holds values of it that follow no change'
     directory.take(A.node, [msg.Location(id=A.location_id, name='a', plain_copies=stays)])
     monkeypatch.setattr(node, 'directory', lambda: directory)
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    take(scene, box_at(values.track(1.0, A)))
-    drags = Drags(scene, Rules(), str)
+    _, drags, notes = shown(box_at(values.track(1.0, A)))
     assert drags.move('/boxes::0', 'world', at(1.0))
     assert drags.move('/boxes::0', 'world', at(2.0))
     wait_until(lambda: notes.said == [f'{A}: {stays}'], 'the hand to be told')
@@ -294,10 +290,7 @@ def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
     row = msg.Location(id=A.location_id, name='a', row='f.py:3:1[0]')
     directory.take(A.node, [row, msg.Location(id=C.location_id, name='c')])
     monkeypatch.setattr(node, 'directory', lambda: directory)
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    take(scene, box_at(values.track(1.0, A) + values.track(0.0, C)))
-    drags = Drags(scene, Rules(), str)
+    _, drags, notes = shown(box_at(values.track(1.0, A) + values.track(0.0, C)))
     assert drags.move('/boxes::0', 'world', at(1.0))
     drags.chosen['/boxes::0'] = (C,)
     assert drags.move('/boxes::0', 'world', at(2.0))
@@ -307,11 +300,7 @@ def test_a_person_is_told_of_what_others_share(asked, monkeypatch):
 
 def test_a_hand_has_the_target_that_was_shown_when_it_took_hold(asked):
     """A patrol goes on while the press is on its way: the next target is not what the hand has."""
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    drags = Drags(scene, Rules(), str)
-    take(scene, box_at(values.track(1.0, A)))
-    take(scene, box_at(values.track(7.0, B)))
+    _, drags, notes = shown(box_at(values.track(1.0, A)), box_at(values.track(7.0, B)))
     assert drags.move('/boxes::0', 'world', at(1.0))
     assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
     assert drags.move('/boxes::0', 'world', at(1.5))
@@ -394,11 +383,7 @@ def test_what_its_node_computes_in_another_way_is_followed(asked, present):
 
 
 def test_a_hand_takes_the_target_it_saw_of_the_same_numbers(asked):
-    scene = Scene(Settings())
-    drags = Drags(scene, Rules(is_live=False), str)
-    take(scene, spaced(1))
-    take(scene, spaced(2))
-    take(scene, spaced(2))
+    _, drags, _ = shown(spaced(1), spaced(2), spaced(2), is_live=False)
     assert drags.move('/boxes::0', 'world', at(4.0))
     assert drags.release('/boxes::0', 'world', at(5.0))
     wait_until(lambda: asked == [{A: 2.0}], 'the first target to follow')
@@ -415,9 +400,7 @@ def test_a_drop_is_not_solved_again_for_the_next_target(asked, present, monkeypa
 
 def test_what_another_person_changes_counts_in_a_drag(asked):
     """The hand has the first of two targets; what both share is set while the second is shown."""
-    scene = Scene(Settings())
-    drags = Drags(scene, Rules(is_live=False), str)
-    take(scene, spaced(1))
+    scene, drags, _ = shown(spaced(1), is_live=False)
     assert drags.hold('/boxes::0', frame='world', pose=at(4.0))
     take(scene, spaced(2, step=4.0))
     assert drags.release('/boxes::0', 'world', at(6.0))
@@ -447,12 +430,6 @@ def lined(source, value, slope):
     return values.assemble(instructions, lambda *_: None)[1]
 
 
-def turned_by(angle):
-    marker = box_at(0.0)
-    marker.pose.orientation.z, marker.pose.orientation.w = math.sin(angle / 2), math.cos(angle / 2)
-    return marker
-
-
 def test_an_angle_that_its_node_wraps_stays_in_the_hand():
     """The quaternion of a whole turn more is the negative one, and the same rotation."""
     scene = Scene(Settings())
@@ -475,8 +452,7 @@ def test_a_person_is_told_that_a_drag_moves_all_of_a_row(asked, monkeypatch):
     start, step = values.track(1.0, A), values.track(0.5, B)
     poses = [Pose(position=Point(start + step * index, 0.0, 0.0)) for index in range(5)]
     message = PoseArray(header=Header(frame_id='world'), poses=poses)
-    message._connection_header = {'callerid': '/owner'}
-    scene.take('/poses', message, is_shown=True)
+    scenery.take(scene, '/poses', message)
     drags = Drags(scene, Rules(is_live=False), str)
     assert drags.hold('/poses:poses[2]', frame='world', pose=at(2.0))
     assert drags.release('/poses:poses[2]', 'world', at(2.5))
@@ -488,12 +464,8 @@ def test_a_person_is_told_that_a_drag_moves_all_of_a_row(asked, monkeypatch):
 def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
     """As the dock that a gate is beside."""
     monkeypatch.setattr(node, 'directory', node.Directory)
-    scene = Scene(Settings())
-    notes = Notes(scene)
     dock = values.track(5.0, A)
-    take(scene, box_at(dock + values.track(0.5, B)))
-    take(scene, box_at(dock, number=1))
-    drags = Drags(scene, Rules(is_live=False), str)
+    scene, drags, notes = shown(box_at(dock + values.track(0.5, B)), box_at(dock, number=1), is_live=False)
 
     def dragged(handle):
         start = float(scene.handle(handle).pose[0])
@@ -510,11 +482,8 @@ def test_a_hand_leaves_what_others_on_the_screen_come_from(asked, monkeypatch):
 
 def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
     """As the scale and the offset of all targets: the next one comes from them as well."""
-    scene = Scene(Settings())
-    notes = Notes(scene)
     shift = values.track(0.0, C)
-    take(scene, box_at(shift + 0.5 * values.track(2.0, A)))
-    drags = Drags(scene, Rules(), str)
+    scene, drags, notes = shown(box_at(shift + 0.5 * values.track(2.0, A)))
     assert drags.move('/boxes::0', 'world', at(1.0))
     drags.chosen['/boxes::0'] = (C,)
     assert drags.move('/boxes::0', 'world', at(2.0))
@@ -526,11 +495,8 @@ def test_a_drag_of_shared_numbers_alone_ends_with_its_target(asked):
 
 
 def test_a_drag_ends_when_its_node_goes_on_to_another_target(asked):
-    scene = Scene(Settings())
-    notes = Notes(scene)
     shift = values.track(0.0, C)
-    take(scene, box_at(values.track(1.0, A) + shift))
-    drags = Drags(scene, Rules(), str)
+    scene, drags, notes = shown(box_at(values.track(1.0, A) + shift))
     assert drags.move('/boxes::0', 'world', at(1.0))
     assert drags.move('/boxes::0', 'world', at(2.0))
     wait_until(lambda: asked == [{A: 2.0}], 'the source to be asked for')
@@ -687,9 +653,7 @@ class Raising:
         monkeypatch.setattr(change_request, 'undo_request', self._undo)
         self.scene = Scene(Settings())
         self.notes = Notes(self.scene)
-        marker = box_at(values.track(1.0, A))
-        marker._connection_header = {'callerid': '/publisher'}
-        self.scene.take('/boxes', marker, is_shown=True)
+        scenery.take(self.scene, '/boxes', box_at(values.track(1.0, A)), '/publisher')
         self.drags = Drags(
             self.scene,
             Rules(is_live=is_live),
@@ -786,10 +750,7 @@ def test_what_moves_by_itself_is_left_alone(monkeypatch):
 
 def test_what_no_message_shows_any_more_stays_where_it_was_dropped_and_says_so(asked, monkeypatch):
     monkeypatch.setattr(drop_check, 'TIMEOUT', 0.0)
-    scene = Scene(Settings())
-    notes = Notes(scene)
-    take(scene, box_at(values.track(1.0, A)))
-    drags = Drags(scene, Rules(is_live=False), str)
+    scene, drags, notes = shown(box_at(values.track(1.0, A)), is_live=False)
     assert drags.hold('/boxes::0', frame='world', pose=at(1.0))
     assert drags.release('/boxes::0', 'world', at(2.0))
     wait_until(lambda: notes.said == ['changed, but not shown yet'], 'it is said')

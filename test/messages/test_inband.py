@@ -10,18 +10,11 @@ from std_msgs.msg import ByteMultiArray, Empty, String, UInt8MultiArray
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, track
-from rosslt.messages import append_provenance, attach, encode, split_provenance
+from rosslt.messages import attach, encode, split_provenance
 from rosslt.node.topics.serialization import serializer
-from support.filling import Filling, assert_arrived, serialized
+from support.filling import Filling, assert_arrived, in_band, serialized
 
 X = track(0.25, Source('/node', 1))
-
-
-def in_band(message):
-    buff = io.BytesIO()
-    message.serialize(buff)
-    append_provenance(message, buff)
-    return buff.getvalue()
 
 
 TRACKED_POSE = Pose(position=Point(X, 2 * X, 0.0))

@@ -1,7 +1,5 @@
 """Whatever goes wrong in reading provenance, the message is delivered untracked, and the next one is read as before."""
 
-import io
-
 import genpy.dynamic
 import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray
@@ -12,7 +10,6 @@ from visualization_msgs.msg import Marker
 from rosslt import Source, is_tracked, sources, track
 from rosslt.messages import (
     BadHeader,
-    append_provenance,
     attach,
     decode,
     encode,
@@ -24,17 +21,10 @@ from rosslt.messages import (
 )
 from rosslt.messages.walkers import BYTES_LIMIT
 from rosslt.node.topics.serialization import received_class
-from support.filling import Filling, assert_arrived, serialized
+from support.filling import Filling, assert_arrived, in_band, serialized
 
 ONE, TWO = Source('/n', 1), Source('/n', 2)
 X = track(0.25, ONE)
-
-
-def in_band(message):
-    buff = io.BytesIO()
-    message.serialize(buff)
-    append_provenance(message, buff)
-    return buff.getvalue()
 
 
 def test_provenance_of_a_byte_of_a_long_array_goes_to_no_other_field():

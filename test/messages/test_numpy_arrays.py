@@ -14,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from rosslt import Source, sources, track
 from rosslt.messages import decode, packed_arrays, set_leaves, tracked_fields, tracked_type, wrap
 from rosslt.node.topics.serialization import serializer
-from support.filling import assert_arrived
+from support.filling import assert_arrived, serialized
 
 # genpy's classes call it
 pytestmark = pytest.mark.filterwarnings('ignore:tostring')
@@ -24,9 +24,7 @@ X = track(0.75, Source('/n', 1))
 
 def arrived(message, cls):
     """What a subscriber of the ordinary class gets."""
-    buff = io.BytesIO()
-    serializer(type(message))(message).serialize(buff)
-    received = decode(buff.getvalue(), cls)
+    received = decode(serialized(serializer(type(message))(message)), cls)
     assert received.error is None
     return received.message
 
@@ -69,10 +67,9 @@ def test_bytes_arrive_by_value():
 
 
 def test_a_tracked_type_of_numpy_arrives_by_value():
-    buff = io.BytesIO()
     cls = tracked_type(Float64MultiArray)
-    wrap(Float64MultiArray(data=numpy.ones(2) * X), numpy_msg(cls)).serialize(buff)
-    received = decode(buff.getvalue(), cls).message
+    sent = wrap(Float64MultiArray(data=numpy.ones(2) * X), numpy_msg(cls))
+    received = decode(serialized(sent), cls).message
     assert received.data == (0.75, 0.75)
     assert sources(received.data[1]) == sources(X)
 

@@ -2,7 +2,6 @@
 
 import array
 import contextlib
-import io
 import random
 import struct
 
@@ -174,9 +173,7 @@ def test_a_cut_message_ends_beyond_the_data():
 
 
 def test_a_length_that_lies_ends_the_walk():
-    data = io.BytesIO()
-    DiagnosticArray(status=[DiagnosticStatus()]).serialize(data)
-    lying = bytearray(data.getvalue())
+    lying = bytearray(serialized(DiagnosticArray(status=[DiagnosticStatus()])))
     lying[16:20] = b'\xff' * 4  # the number of statuses
     with pytest.raises(struct.error):
         walkers(DiagnosticArray).end(bytes(lying), 0, len(lying))

@@ -1,6 +1,5 @@
 """Provenance as bytes: what arrives is what was sent, in the sizes that were promised."""
 
-import io
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy
@@ -12,10 +11,10 @@ from std_msgs.msg import Empty, Float32, Float64, Float64MultiArray, Header, Int
 from visualization_msgs.msg import Marker
 
 from rosslt import Source, evaluate, explain, is_tracked, math, solve, sources, track
-from rosslt.messages import append_provenance, attach, encode, tracked_type, wrap
+from rosslt.messages import attach, encode, tracked_type, wrap
 from rosslt.messages.codec.decoder import ReceivedHeader
 from rosslt.values import AFFINE, SOURCE, assemble
-from support.filling import assert_arrived, serialized
+from support.filling import assert_arrived, in_band, serialized
 
 NODE = '/interactive_script'
 X, Y, Z = (track(value, Source(NODE, 0x21D6A37D9B01 + place)) for place, value in enumerate((0.25, -1.5, 2.0)))
@@ -26,14 +25,6 @@ def arrived(message, **options):
     received = type(message)().deserialize(serialized(message))
     attach(received, encode(message, **options))
     return received
-
-
-def in_band(message):
-    """A message as it is sent in-band."""
-    buff = io.BytesIO()
-    message.serialize(buff)
-    append_provenance(message, buff)
-    return buff.getvalue()
 
 
 def bezier(t, b0, b1, b2):

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Messages and services that carry provenance, also with plain publishers, subscribers and services."""
 
-import io
 import os
 import queue
 import re
@@ -20,6 +19,7 @@ from std_msgs.msg import Float64, Header, MultiArrayDimension, MultiArrayLayout,
 from std_srvs.srv import SetBool, SetBoolResponse
 
 import rosslt
+from support.filling import serialized
 from support.processes import Node, wait_until
 
 TALKER = """
@@ -438,18 +438,15 @@ class Topics(unittest.TestCase):
         wait_until(publisher.get_num_connections, 'it is connected')
         pose = Pose(position=Point(1.0, 2.0, 3.0))
         publisher.publish(pose)
-        plain = io.BytesIO()
-        pose.serialize(plain)
-        self.assertEqual(raw.next()._buff, plain.getvalue())
+        plain = serialized(pose)
+        self.assertEqual(raw.next()._buff, plain)
         pose.position.x = rosslt.location(1.0)
         publisher.publish(pose)
-        self.assertTrue(raw.next()._buff.startswith(plain.getvalue()))
+        self.assertTrue(raw.next()._buff.startswith(plain))
         raw.close()
 
     def test_a_header_that_cannot_be_read_is_reported_once_and_the_message_arrives_untracked(self):
-        plain = io.BytesIO()
-        Float64(5.0).serialize(plain)
-        good = io.BytesIO()
+        plain = serialized(Float64(5.0))
         message = Float64(rosslt.location(5.0))
         publisher = rosslt.Publisher('good', Float64, queue_size=1)
         raw = Inbox(rospy.Subscriber, '/good', rospy.AnyMsg)
@@ -457,7 +454,7 @@ class Topics(unittest.TestCase):
         publisher.publish(message)
         good = bytearray(raw.next()._buff)
         raw.close()
-        middle = len(plain.getvalue()) + (len(good) - len(plain.getvalue())) // 4
+        middle = len(plain) + (len(good) - len(plain)) // 4
         good[middle] ^= 0xFF
         spoiler = rospy.Publisher('spoiled', rospy.AnyMsg, queue_size=10)
         spoiler.impl.data_class = Float64  # what AnyMsg sends is told to be a Float64

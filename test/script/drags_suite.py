@@ -20,7 +20,6 @@ from support.hand import Hand, wait_until
 SCRIPT = Path(rospy.myargv()[1])
 TICK = 20_000_000  # ns, one turn of the nodes; whole, since a node waits for another tick if one is too short by 1 ns
 PRECISION = 0.001
-DURATION = 4.0  # s, of a flight
 A_WHILE = 1.5  # s, longer than it is looked whether something else is shown where a thing was dropped
 LINE, CONTROL, END = range(3)
 

@@ -8,6 +8,7 @@ import pytest
 from genmsg.msgs import parse_type
 
 from rosslt import Source, evaluate, is_tracked, math, sources, track
+from rosslt.messages import append_provenance
 from rosslt.values import leaves
 
 INTEGERS = {
@@ -86,6 +87,14 @@ def serialized(message):
     """A message as rospy sends it."""
     buff = io.BytesIO()
     message.serialize(buff)
+    return buff.getvalue()
+
+
+def in_band(message):
+    """A message with its provenance behind it, as a publisher of the ordinary type sends it."""
+    buff = io.BytesIO()
+    message.serialize(buff)
+    append_provenance(message, buff)
     return buff.getvalue()
 
 

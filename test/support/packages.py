@@ -1,6 +1,9 @@
-"""Packages of one node each, for launch files."""
+"""Packages of one node each, for launch files, and these files as they run."""
 
+import contextlib
 import os
+import signal
+import subprocess
 
 _MANIFEST = (
     '<package><name>{}</name><version>1.0.0</version><description>d</description>'
@@ -21,3 +24,14 @@ def package_of_node(folder, name, file, code):
     script.write_text('#!/usr/bin/env python3\n' + code, encoding='utf-8')
     script.chmod(0o755)
     return dict(os.environ, ROS_PACKAGE_PATH=f'{folder}:{os.environ["ROS_PACKAGE_PATH"]}')
+
+
+@contextlib.contextmanager
+def launched(environment, *words):
+    """A launch file that runs by a command as long as the context lasts."""
+    process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)

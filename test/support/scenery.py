@@ -1,4 +1,4 @@
-"""Nodes that show something to be dragged."""
+"""Nodes that show something to be dragged, and messages for scenes without nodes."""
 
 import textwrap
 
@@ -47,3 +47,9 @@ def value(location):
     """The value in force at a literal of a node, NODE/LOCATION, as its parameter says."""
     node, _, name = location.rpartition('/')
     return rosgraph.Master('/test').getParam('{}/rosslt/{}'.format(node, name))
+
+
+def take(scene, topic, message, publisher='/owner'):
+    """Have a scene take a message as if a node had sent it."""
+    message._connection_header = {'callerid': publisher}
+    scene.take(topic, message, is_shown=True)

@@ -10,6 +10,7 @@ import subprocess
 import termios
 
 from support import fork_server
+from support.processes import wait_until
 
 COLUMNS = 120
 TIME_LIMIT = 120  # seconds, on a busy machine
@@ -76,3 +77,10 @@ def shown_on_terminal(command, **options):
             printed += os.read(ours, 65536)
     os.close(ours)
     return process.wait(TIME_LIMIT), printed.decode('utf-8').replace('\r\n', '\n')
+
+
+def record_bag(path, count, *topics):
+    """Record a bag of so many messages of topics; options of `rosbag record` may stand among them."""
+    command = ['rosbag', 'record', '-O', str(path), '--limit', str(count), *topics]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=100)
+    wait_until(lambda: os.path.exists(path), 'the bag is there')

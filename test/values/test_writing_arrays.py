@@ -2,7 +2,7 @@
 
 import pickle
 import sys
-import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -168,26 +168,19 @@ def test_what_is_too_large_to_be_called_again_is_not_tracked():
 
 
 def test_threads_write_their_own_elements():
-    array, faults = tracked_np.zeros(4), []
+    array = tracked_np.zeros(4)
 
     def write(at):
-        try:
-            for number in range(3000):
-                array[at] = track(float(number), Source('/node', at))
-        except Exception as error:
-            faults.append(error)
+        for number in range(3000):
+            array[at] = track(float(number), Source('/node', at))
 
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
     try:
-        threads = [threading.Thread(target=write, args=(at,)) for at in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        with ThreadPoolExecutor(4) as pool:
+            assert len([*pool.map(write, range(4))]) == 4
     finally:
         sys.setswitchinterval(interval)
-    assert not faults
     assert ids(array) == [{0}, {1}, {2}, {3}]
 
 

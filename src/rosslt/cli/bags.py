@@ -149,9 +149,6 @@ def split_topic(bag: rosbag.Bag, text: str) -> Tuple[str, str]:
     text = '/' + text.lstrip('/')
     topic = topic_in(text, ['/' + name.lstrip('/') for name in topics])
     if topic is None:
-        raise Failure(
-            '{} has no topic {}, it has {}'.format(
-                os.path.basename(bag.filename), text, ', '.join(sorted(topics)) or 'none'
-            )
-        )
+        held = ', '.join(sorted(topics)) or 'none'
+        raise Failure(f'{os.path.basename(bag.filename)} has no topic {text}, it has {held}')
     return topic, text[len('/' + topic.lstrip('/')) :].lstrip('/.')

@@ -72,6 +72,14 @@ def write_row(*cells: object) -> None:
     sys.stdout.write(row + '\n')  # at once: Ctrl-C may come between a row and its end
 
 
+def write_result(line: str, *cells: object) -> None:
+    """Print a line on a terminal, and cells in a pipe."""
+    if is_terminal():
+        print(line)
+    else:
+        write_row(*cells)
+
+
 def write_text(path: str, text: str) -> None:
     """Write a text into a file; `-` is standard output.
 
@@ -112,16 +120,6 @@ def write_change(
         old, new: its values as texts.
         more: further cells, for a pipe.
     """
-    place = directory.of(source)
-    if is_terminal():
-        print(
-            '{}{}: {} -> {}{}'.format(
-                'would change ' if is_planned else '',
-                directory.name(source),
-                old,
-                new,
-                f'  [{place.short_file}]' if place else '',
-            )
-        )
-    else:
-        write_row(directory.name(source), old, new, place.file if place else '', *more)
+    place, name, planned = directory.of(source), directory.name(source), 'would change ' if is_planned else ''
+    at = f'  [{place.short_file}]' if place else ''
+    write_result(f'{planned}{name}: {old} -> {new}{at}', name, old, new, place.file if place else '', *more)

@@ -78,9 +78,7 @@ def python_row_additions(
 
 
 def _additions(source: SourceText, places: Sequence[Tuple[int, int]], added: Sequence[Sequence[Scalar]]) -> List[Edit]:
-    tree, positions = ast.parse(source.text), Positions(source.text)
-    found = _row_at(source, tree, *places[0])
-    row = _row_of(source, positions, found)
+    tree, found, row = _row_at(source, *places[0])
     first, last = row.ranges[row.position]
     offsets: List[int] = []
     for line, column in places:
@@ -102,9 +100,7 @@ def _additions(source: SourceText, places: Sequence[Tuple[int, int]], added: Seq
 
 
 def _edits(source: SourceText, line: int, column: int, operation: str) -> List[Edit]:
-    tree, positions = ast.parse(source.text), Positions(source.text)
-    found = _row_at(source, tree, line, column)
-    row = _row_of(source, positions, found)
+    tree, found, row = _row_at(source, line, column)
     changed = rows.after(row, operation)
     rows.operate(found.siblings, found.position, operation)
     made = SourceText(source.path, replaced(source.content, [source.edit(0, len(source.text), changed)]))
@@ -114,13 +110,13 @@ def _edits(source: SourceText, line: int, column: int, operation: str) -> List[E
     return [source.edit(*rows.difference(source.text, changed))]
 
 
-def _row_at(source: SourceText, tree: ast.Module, line: int, column: int) -> _Found:
-    """The element of the list of rows that a place is in.
+def _row_at(source: SourceText, line: int, column: int) -> Tuple[ast.Module, _Found, rows.Rows]:
+    """The syntax tree, and the row in it that a place is in.
 
     Raises:
-        FileError: there is none.
+        FileError: there is none, or its list has others that are not alike.
     """
-    positions = Positions(source.text)
+    tree, positions = ast.parse(source.text), Positions(source.text)
     place = rows.place_of(source.text, line, column)
     path = _path_to(tree, positions, place)
     lists = [one for one in path if isinstance(one.owner, (ast.List, ast.Tuple))]
@@ -131,7 +127,7 @@ def _row_at(source: SourceText, tree: ast.Module, line: int, column: int) -> _Fo
     is_value = any(isinstance(one.owner, ast.Dict) and len(one.siblings) > 1 for one in path)
     if not chosen or (is_value and not compound and not calls):  # (1, 2) of {'dock': (1, 2), 'door': (3, 4)} is a row
         raise rows.refusal(source.path, source.text, place, _NONE)
-    return chosen[0]
+    return tree, chosen[0], _row_of(source, positions, chosen[0])
 
 
 def _path_to(tree: ast.AST, positions: Positions, place: int) -> List[_Found]:

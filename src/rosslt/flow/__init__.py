@@ -4,5 +4,5 @@ It may import the rooms `node`, `messages` and `values`, and rospy. The command 
 """
 
 from rosslt.flow.drawing import NotDrawn, dot, svg
-from rosslt.flow.flow import Flow, Step, Thing
-from rosslt.flow.provenance_map import ProvenanceMap, Reach, brief
+from rosslt.flow.flow import Flow, Step
+from rosslt.flow.provenance_map import ProvenanceMap, brief

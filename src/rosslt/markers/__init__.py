@@ -19,7 +19,7 @@ from rosslt.markers.rviz.configuration import GHOST, open_rviz
 from rosslt.markers.rviz.controls import pose_message
 from rosslt.markers.rviz.node import run
 from rosslt.markers.rviz.standby import wait_for_turn
-from rosslt.markers.scene.by_type import KINDS, MessageKind
+from rosslt.markers.scene.by_type import KINDS
 from rosslt.markers.scene.follower import FRAME_RATE, Follower
 from rosslt.markers.scene.handle import Handle, Motions, Settings
 from rosslt.markers.scene.joints import robot_for

@@ -23,15 +23,7 @@ from rosslt.messages.field_path import (
     topic_in,
 )
 from rosslt.messages.fields import Message, MessageClass, Scalar, kind_of, limits_of, whole_numbers
-from rosslt.messages.inband import (
-    Decoded,
-    Found,
-    append_provenance,
-    decode,
-    decoder,
-    read_tracked,
-    split_provenance,
-)
+from rosslt.messages.inband import Found, append_provenance, decode, decoder, read_tracked, split_provenance
 from rosslt.messages.leaves import has_tracked_leaf, set_leaves, tracked_fields
 from rosslt.messages.msg_files import MessagePath, plan_files, select_types, tracked_names, write_files
 from rosslt.messages.numpy_arrays import packed_arrays

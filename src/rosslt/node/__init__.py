@@ -44,13 +44,7 @@ from rosslt.node.change.client import (
     undo_request,
 )
 from rosslt.node.change.closed_loop import ClosedLoop
-from rosslt.node.change.forcing import (
-    Forcing,
-    NotReached,
-    Outcome,
-    force_field,
-    solve_by_effect,
-)
+from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field, solve_by_effect
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
 from rosslt.node.change.matching import Aim, Matching
@@ -61,7 +55,7 @@ from rosslt.node.leaving import leave
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
-from rosslt.node.locations.location import HeldLocation, LiteralLocation, location_id
+from rosslt.node.locations.location import LiteralLocation, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.row_edits import (
     SCRIPT_TEXT,
@@ -74,13 +68,7 @@ from rosslt.node.locations.row_edits import (
     when_rows_are_read,
 )
 from rosslt.node.locations.row_journal import RowRecord, last_row_record, take_row_back
-from rosslt.node.locations.saving import (
-    Unsaved,
-    changes_to_save,
-    differing_in,
-    tell_saved,
-    why_whole,
-)
+from rosslt.node.locations.saving import changes_to_save, differing_in, tell_saved, why_whole
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.locations.uses import Uses, shared_in, tracked_of_thing
 from rosslt.node.master_watch import MASTER_WATCH
@@ -98,7 +86,6 @@ from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.slave_api import published_types, sent_types
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
-from rosslt.node.tf.quaternions import rotated
 from rosslt.node.topics.listening import Heard, Listener, TopicReader
 from rosslt.node.topics.services import Service, ServiceProxy
 from rosslt.node.topics.topics import Publisher, Subscriber, has_its_provenance, wait_for_message

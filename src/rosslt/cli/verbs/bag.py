@@ -78,11 +78,8 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _show(name: str, topic: Any, tracked: int, rows: Rows) -> None:
-    print(
-        '{}  {}, {} message{}, {} with provenance'.format(
-            name, topic.msg_type, topic.message_count, 's' * (topic.message_count != 1), tracked or 'none'
-        )
-    )
+    messages = f'{topic.message_count} message{"s" * (topic.message_count != 1)}'
+    print(f'{name}  {topic.msg_type}, {messages}, {tracked or "none"} with provenance')
     for line in table([(source, '-> ' + brief(fields)) for source, fields in rows], indent='  '):
         print(line)
 

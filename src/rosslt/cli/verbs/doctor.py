@@ -7,7 +7,7 @@ from rosslt.cli.diagnosis import FAULT, Examination, Losses, Traffic
 from rosslt.cli.failure import Failure, did_you_mean
 from rosslt.cli.fields import joined
 from rosslt.cli.master import SystemState, find_master, full_name, split_topic, system_state
-from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.output import is_terminal, write_result
 from rosslt.cli.reading import listener
 from rosslt.cli.verb import LOOK, Argument
 from rosslt.node import Directory
@@ -67,10 +67,7 @@ def run(options: argparse.Namespace) -> int:
             print(f'{topic}  {type_}')
         for finding in examination.findings(topic):
             has_fault = has_fault or finding.kind == FAULT
-            if is_terminal():
-                print(f'  {finding.kind:<7}{finding.text}')
-            else:
-                write_row(topic, type_, finding.kind, finding.text)
+            write_result(f'  {finding.kind:<7}{finding.text}', topic, type_, finding.kind, finding.text)
     return 1 if has_fault else 0
 
 

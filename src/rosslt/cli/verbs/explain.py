@@ -89,14 +89,8 @@ def _show(received: Heard, path: str, leaf: object, directory: Directory, is_liv
 def _write(received: Heard, path: str, leaf: object, directory: Directory, is_live: bool) -> None:
     for source, _, present in _readings(leaf, directory, is_live):
         place = directory.of(source)
-        write_row(
-            path,
-            text_of(leaf),
-            values.explain(leaf),
-            directory.name(source),
-            text_of(present),
-            place.file if place else '',
-        )
+        file = place.file if place else ''
+        write_row(path, text_of(leaf), values.explain(leaf), directory.name(source), text_of(present), file)
 
 
 def _readings(leaf: object, directory: Directory, is_live: bool) -> List[Tuple[values.Source, Scalar, Scalar]]:

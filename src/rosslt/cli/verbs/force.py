@@ -103,13 +103,7 @@ def run(options: argparse.Namespace) -> None:
             return is_there
 
         heard = heard_publishers(
-            master,
-            stream,
-            topic,
-            options.timeout,
-            options.node,
-            is_meant,
-            lambda: meant_where(where, seen_where),
+            master, stream, topic, options.timeout, options.node, is_meant, lambda: meant_where(where, seen_where)
         )
         paths = {received.publisher: path_where(received.message, field, dict(where)) or '' for received in heard}
         parts = {received.publisher: field_of(received.message, paths[received.publisher]) for received in heard}
@@ -120,12 +114,8 @@ def run(options: argparse.Namespace) -> None:
             whole = '/'.join(filter(None, (topic, field)))
             raise Failure(f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {whole}` says why')
         if len(parts) > 1:
-            print(
-                'rosslt force: {} publish {}; this is about the messages of {}, --node takes another'.format(
-                    ' and '.join(parts), topic, publisher
-                ),
-                file=sys.stderr,
-            )
+            told = f'{" and ".join(parts)} publish {topic}; this is about the messages of {publisher}'
+            print(f'rosslt force: {told}, --node takes another', file=sys.stderr)
         heard_one = next(received for received in heard if received.publisher == publisher)
         field = paths[publisher]
         wanted = target(heard_one.message, field, options.value)
@@ -137,8 +127,10 @@ def run(options: argparse.Namespace) -> None:
             if all(old == new for old, new in planned.values()):
                 write_note('force', _SO_ALREADY)
             return
-        kind = link.forcing if link else node.Forcing
-        outcome = _forced(kind, directory, stream, errors, heard_one, field, wanted, chosen, options)
+        kind, requester = link.forcing if link else node.Forcing, node.Requester('rosslt force', directory)
+        limits = options.rounds, options.timeout, options.keep_anyway
+        stream.clear()
+        outcome = _forced(directory, kind(requester, stream, errors, field, wanted, chosen, *limits), heard_one)
     seen = (outcome.messages, f'{outcome.milliseconds:.0f}') if outcome.is_reached else ()
     _show(directory, outcome.changes, seen=seen)
     _report(outcome, publisher)
@@ -150,35 +142,13 @@ def _link(types: Dict[str, str], options: argparse.Namespace) -> Any:
     return find_link(types, options.frame, options.base or '')
 
 
-def _forced(
-    kind: Callable[..., node.Forcing],
-    directory: Directory,
-    stream: Any,
-    errors: node.NodeErrors,
-    received: Heard,
-    field: str,
-    wanted: object,
-    chosen: Optional[List[values.Source]],
-    options: argparse.Namespace,
-) -> node.Outcome:
+def _forced(directory: Directory, forcing: node.Forcing, received: Heard) -> node.Outcome:
     """Force the field of a message; returns what has changed.
 
     Raises:
         Failure: the field has not reached its target; the changes that were kept are printed.
     """
-    stream.clear()
     try:
-        forcing = kind(
-            node.Requester('rosslt force', directory),
-            stream,
-            errors,
-            field,
-            wanted,
-            chosen,
-            options.rounds,
-            options.timeout,
-            options.keep_anyway,
-        )
         return forcing.run(received)
     except node.NotReached as error:
         if not error.outcome.is_taken_back:
@@ -213,14 +183,9 @@ def _report(outcome: node.Outcome, publisher: str) -> None:
         print(f'rosslt force: {outcome.reason}', file=sys.stderr)
     if not (outcome.rounds and outcome.is_reached and is_terminal()):
         return
-    print(
-        'seen after {} message{}, {:.0f} ms{}'.format(
-            outcome.messages,
-            's' * (outcome.messages != 1),
-            outcome.milliseconds,
-            f', solved {outcome.rounds} times' if outcome.rounds > 1 else '',
-        )
-    )
+    messages = f'{outcome.messages} message{"s" * (outcome.messages != 1)}'
+    solved = f', solved {outcome.rounds} times' if outcome.rounds > 1 else ''
+    print(f'seen after {messages}, {outcome.milliseconds:.0f} ms{solved}')
 
 
 def _chosen(

@@ -99,13 +99,6 @@ def _show(flow: Flow, sources: Iterable[values.Source], directory: Directory) ->
 
 def _show_steps(steps: Iterable[Step], indent: str) -> None:
     for step in steps:
-        print(
-            '{}{} -> {}: {}{}'.format(
-                indent,
-                step.publisher,
-                step.topic,
-                brief(step.fields),
-                '' if step.is_known else '  (path unknown)',
-            )
-        )
+        unknown = '' if step.is_known else '  (path unknown)'
+        print(f'{indent}{step.publisher} -> {step.topic}: {brief(step.fields)}{unknown}')
         _show_steps(step.next, indent + '  ')

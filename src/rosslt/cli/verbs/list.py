@@ -68,26 +68,14 @@ def run(options: argparse.Namespace) -> int:
 def _show(node: str, places: List[Place], access: srv.LockLocationsResponse) -> None:
     whole = ', '.join(notes_of(access))
     print(f'{node}  ({whole})' if whole else node)
-    rows = [
-        (
-            place.local_name,
-            place.location.type,
-            shortened(place.location.value, LONGEST_VALUE),
-            limits(place),
-        )
-        for place in places
-    ]
-    notes = [
-        (
-            f'the code says {place.location.literal}' if place.location.remembered else '',
-            place.location.fault,
-            place.next_start,
-            note_of(access, place.location.id),
-        )
-        for place in places
-    ]
-    lines = [(*row, place.short_file, ', '.join(filter(None, note))) for row, place, note in zip(rows, places, notes)]
-    for line in table(lines, indent='  '):
+    rows = []
+    for place in places:
+        location = place.location
+        said = f'the code says {location.literal}' if location.remembered else ''
+        notes = ', '.join(filter(None, [said, location.fault, place.next_start, note_of(access, location.id)]))
+        value = shortened(location.value, LONGEST_VALUE)
+        rows.append((place.local_name, location.type, value, limits(place), place.short_file, notes))
+    for line in table(rows, indent='  '):
         print(line)
 
 

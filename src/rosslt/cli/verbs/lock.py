@@ -3,7 +3,7 @@
 import argparse
 
 from rosslt.cli.locks import lock_or_unlock
-from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.output import write_result
 from rosslt.cli.verb import CHANGE, Argument, node_or_location
 
 GROUP = CHANGE
@@ -27,7 +27,4 @@ ARGUMENTS = [
 
 def run(options: argparse.Namespace) -> None:
     _, locked = lock_or_unlock(options, 'lock', options.reason)
-    if is_terminal():
-        print(f'{locked} is locked')
-    else:
-        write_row(locked, 'locked')
+    write_result(f'{locked} is locked', locked, 'locked')

@@ -6,7 +6,7 @@ from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, find_in_row
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, write_diff, write_note, write_row
+from rosslt.cli.output import write_diff, write_note, write_result
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -55,10 +55,7 @@ def run(options: argparse.Namespace) -> None:
     except files.FileError as error:
         raise Failure(f'nothing is written: {error}') from None
     where = found.record.place
-    if is_terminal():
-        print(f'{place.name}: {options.operation}  [{where}]')
-    else:
-        write_row(place.name, options.operation, where)
+    write_result(f'{place.name}: {options.operation}  [{where}]', place.name, options.operation, where)
     if untaken:
         raise Failure(f'the file is written, but {untaken}')
     write_note('row', node.when_rows_are_read(place.node, found.record, TIMEOUT))

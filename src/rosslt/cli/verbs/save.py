@@ -11,7 +11,7 @@ from rosslt import files, node
 from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, write_diff, write_note, write_row, write_text
+from rosslt.cli.output import write_diff, write_note, write_result, write_text
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -73,10 +73,7 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
     if not is_diff:
         for edit in edits:
             called, old, new = f'{name}/{edit.what}', edit.old.decode(), edit.new.decode()
-            if is_terminal():
-                print(f'{called}: {old} -> {new}  [{edit.file}]')
-            else:
-                write_row(called, old, new, edit.file)
+            write_result(f'{called}: {old} -> {new}  [{edit.file}]', called, old, new, edit.file)
     if not edits and not unsaved:
         differing = node.differing_in(name, TIMEOUT)
         all_is = f', but {differing}' if differing else ': all is as the files say'

@@ -10,7 +10,7 @@ from rosslt import files, node, values
 from rosslt.cli.directory import cannot_reach, tracked_node
 from rosslt.cli.failure import Failure
 from rosslt.cli.master import TIMEOUT, find_master, problem_of, tracked_nodes
-from rosslt.cli.output import few, is_terminal, write_change, write_note, write_row
+from rosslt.cli.output import few, write_change, write_note, write_result
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.node import Directory
 
@@ -99,10 +99,8 @@ def _take_row_back(master: rosgraph.Master, name: str, record: node.RowRecord) -
         raise Failure(f'nothing is taken back: {error}') from None
     except node.SourceUnreachable as error:
         raise cannot_reach(master, name, str(error)) from None
-    if is_terminal():
-        print(f'{record.name}: {record.operation} is undone  [{record.place}]')
-    else:
-        write_row(record.name, record.operation, 'undone', record.place)
+    line = f'{record.name}: {record.operation} is undone  [{record.place}]'
+    write_result(line, record.name, record.operation, 'undone', record.place)
     write_note('undo', node.when_rows_are_read(name, record, TIMEOUT))
 
 

@@ -4,7 +4,7 @@ import argparse
 
 from rosslt.cli.failure import Failure
 from rosslt.cli.locks import lock_or_unlock, locks_of, note_of
-from rosslt.cli.output import is_terminal, write_row
+from rosslt.cli.output import write_result
 from rosslt.cli.verb import CHANGE, node_or_location
 
 GROUP = CHANGE
@@ -26,7 +26,4 @@ def run(options: argparse.Namespace) -> None:
     still = ''.join(map(note_of, locks_of([name]).values()))
     if still:
         raise Failure(f'{unlocked} is unlocked, but the whole node is {still}; rosslt unlock {name}')
-    if is_terminal():
-        print(f'{unlocked} is unlocked')
-    else:
-        write_row(unlocked, 'unlocked')
+    write_result(f'{unlocked} is unlocked', unlocked, 'unlocked')

@@ -98,7 +98,7 @@ def plan(
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
         began_here = values.source_values(tracked)
-        after, gap = _nearest(tracked, targets, began_here, limits)
+        after, gap = values.nearest(tracked, targets, **limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
         after = _shortened(after, began_here, tracked, targets, gap + 0.5 * resolution)
@@ -199,27 +199,6 @@ def _are_within(
     except (ArithmeticError, ValueError):
         return False
     return all(abs(one - other) <= distance for one, other, distance in zip(there, exact, distances))
-
-
-def _nearest(
-    tracked: Sequence[Any], targets: Sequence[float], present: Dict[values.Source, Any], limits: Dict[str, Any]
-) -> Tuple[Dict[values.Source, Any], float]:
-    """Answer like `values.nearest`, with the sources of the lowest rank that help: counters and times do not change."""
-    ranks = limits.get('rank', {})
-    found: Dict[values.Source, Any] = {}
-    gap = math.inf
-    for rank in sorted({ranks.get(source, 0) for source in present}):
-        found, gap = values.nearest(
-            tracked,
-            targets,
-            bounds=limits['bounds'],
-            read_only=limits['read_only'],
-            sources=[source for source in present if ranks.get(source, 0) <= rank],
-            weights=limits.get('weights'),
-        )
-        if found:
-            break
-    return found, gap
 
 
 def _leaps(tracked: Sequence[Any], targets: Sequence[float], after: Mapping[values.Source, Any]) -> bool:

@@ -1,7 +1,7 @@
 """`slt_visualization`: a scene of all tracked topics, shown in RViz; private parameters are its settings."""
 
 import gc
-from typing import List
+from typing import Any, Callable
 
 import rospy
 
@@ -40,15 +40,15 @@ def run() -> None:
         resolution=_positive('~resolution', Rules().resolution),
     )
     notes, handle_size = Notes(_positive('~text_height', 0.2)), _positive('~handle_size', 0.5)
-    selection = Selection(_is_true('~show_all'))
-    topics = _names('~topics')
+    selection = Selection(_setting('~show_all', False, lambda value: isinstance(value, bool), 'true or false'))
+    topics = _setting('~topics', [], _are_names, 'a list of names')
 
     scene = Scene(settings)
     descriptions = Descriptions()
     others = OtherViews(scene, lambda hand: 'RViz')
     drags = Drags(scene, rules, descriptions.name, node.NodeErrors().raised_since, others)
     offers = Offers(scene, drags, descriptions)
-    fixed_frame = FixedFrame(scene, _text('~fixed_frame'))
+    fixed_frame = FixedFrame(scene, _setting('~fixed_frame', '', lambda value: isinstance(value, str), 'a name'))
     frames = JoinedFrames(fixed_frame)
     display = Display(Server(rospy.get_name()), offers, notes, selection, handle_size, frames, others)
     Watch(scene, topics, also=[fixed_frame.look, lambda graph: frames.tell('~frames_apart')])
@@ -64,36 +64,21 @@ def run() -> None:
         rospy.rostime.wallsleep(1.0 / FRAME_RATE)
 
 
-def _one_of(name: str, default: str, other: str) -> str:
+def _setting(name: str, default: Any, is_allowed: Callable[[Any], bool], what: str) -> Any:
+    """Read a parameter; raises ValueError, which says what it has to be, if it is something else."""
     value = rospy.get_param(name, default)
-    if value not in (default, other):
-        raise ValueError('the parameter {} is {!r} instead of {!r} or {!r}'.format(name, value, default, other))
-    return str(value)
-
-
-def _is_true(name: str) -> bool:
-    value = rospy.get_param(name, False)
-    if not isinstance(value, bool):
-        raise ValueError('the parameter {} is {!r} instead of true or false'.format(name, value))
+    if not is_allowed(value):
+        raise ValueError('the parameter {} is {!r} instead of {}'.format(name, value, what))
     return value
 
 
-def _text(name: str) -> str:
-    value = rospy.get_param(name, '')
-    if not isinstance(value, str):
-        raise ValueError('the parameter {} is {!r} instead of a name'.format(name, value))
-    return value
+def _one_of(name: str, default: str, other: str) -> str:
+    return str(_setting(name, default, lambda value: value in (default, other), f'{default!r} or {other!r}'))
 
 
 def _positive(name: str, default: float) -> float:
-    value = rospy.get_param(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0:
-        raise ValueError('the parameter {} is {!r} instead of a number above 0'.format(name, value))
-    return float(value)
+    return float(_setting(name, default, lambda value: type(value) in (int, float) and value > 0.0, 'a number above 0'))
 
 
-def _names(name: str) -> List[str]:
-    value = rospy.get_param(name, [])
-    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-        raise ValueError('the parameter {} is {!r} instead of a list of names'.format(name, value))
-    return value
+def _are_names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(one, str) for one in value)

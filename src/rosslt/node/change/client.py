@@ -327,10 +327,7 @@ def undo() -> Dict[values.Source, Change]:
     answer = owner.change_sources(srv.ChangeSourcesRequest(undo=True, requester=owner.name))
     if answer.state != APPLIED and answer.reasons != [NOTHING_TO_UNDO]:
         raise ChangeRejected(answer.reasons[0], {})
-    return {
-        values.Source(owner.name, one.location_id): Change(from_json(one.old_value), from_json(one.new_value))
-        for one in answer.changes
-    }
+    return _by_source({owner.name: answer.changes})
 
 
 class Undone(NamedTuple):

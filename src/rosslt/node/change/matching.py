@@ -203,18 +203,7 @@ class Matching(Forcing):
                     raise values.NotInvertible(told) from None
                 if len(leaves) <= len(free):
                     raise why from None
-            ranks = limits.get('rank', {})
-            for rank in sorted({ranks.get(source, 0) for source in free}):  # counters and times change last
-                found, _ = values.nearest(
-                    leaves,
-                    targets,
-                    bounds=limits['bounds'],
-                    sources=[source for source in free if ranks.get(source, 0) <= rank],
-                    weights=limits.get('weights'),
-                )
-                if found:
-                    answer.update(found)
-                    break
+            answer.update(values.nearest(leaves, targets, **limits)[0])
         return answer
 
     def _is_awaited(self) -> bool:

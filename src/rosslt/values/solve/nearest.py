@@ -12,7 +12,7 @@ from ..graph import UNDEFINED, Graph, evaluate
 from ..sources import Source
 from ..tracked import TRACKED
 from .budget import Budget
-from .freedom import Bounds, Freedom
+from .freedom import Bounds, Freedom, Rank, rank_of
 from .system import System
 
 
@@ -77,6 +77,7 @@ def nearest(
     bounds: Optional[Bounds] = None,
     read_only: Collection[Source] = (),
     sources: Optional[Collection[Source]] = None,
+    rank: Optional[Rank] = None,
     weights: Optional[Mapping[Source, float]] = None,
 ) -> Tuple[Dict[Source, Value], float]:
     """The source values that bring several results as near to their targets as they come from the present values.
@@ -87,6 +88,7 @@ def nearest(
         bounds: `{Source: (minimum or None, maximum or None)}`; a source that is stopped by one has exactly that value.
         read_only: sources that may not change.
         sources: change no other than these.
+        rank: as in `solve`; those of a higher rank change only if those of lower ranks come no nearer.
         weights: `{Source: how hard it is to move}`, as in `solve`.
 
     Returns:
@@ -95,26 +97,27 @@ def nearest(
     """
     if len(xs) != len(targets):
         raise ValueError('%d values and %d targets' % (len(xs), len(targets)))
-    freedom = Freedom(sources, bounds or {}, read_only, lambda source: 0, weights or {})
+    freedom = Freedom(sources, bounds or {}, read_only, rank_of(rank), weights or {})
     goals = [('', x, float(target)) for x, target in zip(xs, targets) if type(x) in TRACKED]
     graph = Graph(x for _, x, _ in goals)
-    unknowns = [source for source in graph.occurrences if freedom.allows(source) and _is_number(graph, source)]
+    movable = [source for source in graph.occurrences if freedom.allows(source) and _is_number(graph, source)]
     present = _distance(xs, targets, {})
-    if not unknowns:
-        return {}, present
-    try:
-        found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
-    except UNDEFINED:
-        # There is a result that no float holds.
-        return {}, present
-    changes: Dict[Source, Value] = {}
-    for source, value in zip(unknowns, found):
-        old = graph.nodes[graph.occurrences[source][0]]._plain
-        new = _whole(value, old, *freedom.limits(source)) if isinstance(old, int) else value
-        if new != old:
-            changes[source] = new
-    distance = _distance(xs, targets, changes)
-    return (changes, distance) if distance < present else ({}, present)
+    for level in sorted(set(map(freedom.rank, movable))):
+        unknowns = [source for source in movable if freedom.rank(source) <= level]
+        try:
+            found = System(graph, goals, unknowns, freedom, Budget.of(graph)).closest()
+        except UNDEFINED:
+            continue  # there is a result that no float holds
+        changes: Dict[Source, Value] = {}
+        for source, value in zip(unknowns, found):
+            old = graph.nodes[graph.occurrences[source][0]]._plain
+            new = _whole(value, old, *freedom.limits(source)) if isinstance(old, int) else value
+            if new != old:
+                changes[source] = new
+        distance = _distance(xs, targets, changes)
+        if distance < present:
+            return changes, distance
+    return {}, present
 
 
 def _whole(value: float, old: int, low: Value, high: Value) -> int:
