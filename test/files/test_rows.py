@@ -360,7 +360,7 @@ ROUTE = [  # all
 """
 
 
-def with_rows(text, marked, *added):
+def with_rows(text, marked, *added, behind=()):
     """A Python text with rows below the one in which some texts stand, in which these are other numbers."""
     places = []
     for one in marked:
@@ -368,7 +368,7 @@ def with_rows(text, marked, *added):
         before = re.split(r'\r\n|\r|\n', text[:place])
         places.append((len(before), len(before[-1]) + 1))
     content = text.encode()
-    return replaced(content, python_row_additions('a.py', content, places, added)).decode()
+    return replaced(content, python_row_additions('a.py', content, places, added, behind)).decode()
 
 
 @pytest.mark.parametrize('newline', ['\n', '\r\n'])
@@ -400,6 +400,33 @@ def test_rows_added_below_the_last_one_stand_in_front_of_the_bracket():
     assert with_rows(LIST, ['4.0'], (5.5,)) == LIST.replace('4.0]', '4.0],').replace(
         'door\n', 'door\n    [3.0,\n     5.5]\n'
     )
+
+
+@pytest.mark.parametrize('last', [')]', '),\n]', '), ]'])
+def test_rows_go_behind_those_that_were_added_before(last):
+    text = ROUTE.replace('2e-1)]', '2e-1' + last)
+    earlier = [(1.5, 0.5), (3.0, 4.0), (-7.0, -1.0)]
+    made, added = text, []
+    for row in earlier:
+        made = with_rows(made, ['1.00', '-2.'], row, behind=added)
+        added.append(row)
+    assert made == with_rows(text, ['1.00', '-2.'], *earlier)
+    door = "    Stop(x=3.00, y=4., name='b', speed=2e-1)"
+    kept = with_rows(text, ['1.00', '-2.'], earlier[0], earlier[2])
+    made = with_rows(kept, ['1.00', '-2.'], (9.0, 9.5), behind=earlier)
+    assert made == kept.replace(door, "    Stop(x=9.00, y=9.5, name='a', speed=1e-1),\n" + door), 'one was taken out'
+    other = kept.replace('x=1.50', 'x=1.75')
+    made = with_rows(other, ['1.00', '-2.'], (9.0, 9.5), behind=earlier)
+    assert made.index('x=9.00') < made.index('x=1.75'), 'none of them stands directly below'
+
+
+def test_a_row_behind_the_last_of_a_list_has_its_comma():
+    text = 'A = [\n    (1.0, 2.0),\n    (2.0, 2.0)  # b\n]\n'
+    assert with_rows(text, ['1.0'], (5.0,), behind=[(2.0,)]) == (
+        'A = [\n    (1.0, 2.0),\n    (2.0, 2.0),  # b\n    (5.0, 2.0)\n]\n'
+    )
+    text = 'goto(1, 2)  # in\ngoto(3, 2)'
+    assert with_rows(text, ['1'], (5,), behind=[(3,)]) == 'goto(1, 2)  # in\ngoto(3, 2)\ngoto(5, 2)'
 
 
 @pytest.mark.parametrize(

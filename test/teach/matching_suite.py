@@ -123,7 +123,7 @@ class Matching(unittest.TestCase):
             self.publishers[topic] = rospy.Publisher(topic, type(message), queue_size=1)
         self.measured[topic] = message
 
-    def teach(self, *matches, more=(), script=None):
+    def teach(self, *matches, more=(), script=None, service='match'):
         """Start it; its process, once it takes presses."""
         arguments = [word for match in matches for word in ('--match', match)]
         verb = [] if script else ['teach']
@@ -134,10 +134,10 @@ class Matching(unittest.TestCase):
         self.addCleanup(process.send_signal, signal.SIGINT)
         name = next((word[len('__name:=') :] for word in more if word.startswith('__name:=')), 'slt_teach')
         try:
-            rospy.wait_for_service(f'/{name}/match', 30)
+            rospy.wait_for_service(f'/{name}/{service}', 30)
         except rospy.ROSException:
             self.fail(self.printed())
-        self.press = rospy.ServiceProxy(f'/{name}/match', Trigger)
+        self.press = rospy.ServiceProxy(f'/{name}/{service}', Trigger)
         return process
 
     def printed(self):
@@ -188,6 +188,37 @@ class Matching(unittest.TestCase):
         self.assertEqual(self.waypoints(), rows)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), 0)
+
+    def test_each_press_appends_what_is_measured_then_as_a_row(self):
+        rosslt('reset', '/arm')
+        with open(self.arm_file, encoding='utf-8') as file:
+            before = file.read()
+        expected = before.split('    [1.25, 0.75],\n')
+        added = ['[1.25, 0.75]', '[1.50, 0.50]', '[1.25, -0.333333]']
+        self.measures('/joint_states', JointState(name=['elbow', 'shoulder'], position=[0.5, 1.5]))
+        joy = rospy.Publisher('/append_joy', Joy, queue_size=10)
+        self.teach(
+            '/command=/joint_states', more=['--append', '--press', '/append_joy', '--button', '1'], service='append'
+        )
+        wait_until(joy.get_num_connections, 'it hears the joystick')
+        for buttons in ([0, 0], [0, 1]):
+            joy.publish(Joy(buttons=buttons))
+        ((_, by, *cells),) = wait_until(lambda: self.rows('appends') or self.rows('refused'), self.printed)
+        self.assertEqual((by, cells[1:3], cells[4:6]), ('/append_joy', ['1.25', '1.5'], ['0.75', '0.5']))
+        self.measures('/joint_states', JointState(name=['elbow'], position=[-1 / 3]))
+        rospy.sleep(1.1)  # until the shoulder is old
+        text = self.done()
+        self.assertIn('shoulder of /command stays', text)
+        with open(self.arm_file, encoding='utf-8') as file:
+            made = file.read()
+        self.assertEqual(made, expected[0] + ''.join(f'    {row},\n' for row in added) + expected[1])
+        self.assertIn(1.25, self.waypoints().values())
+        for _ in range(2):
+            rosslt('undo', '/arm')
+        with open(self.arm_file, encoding='utf-8') as file:
+            self.assertEqual(file.read(), before)
+        self.measures('/gripper', Float64(0.25))
+        self.assertIn('no row can be added: ', failure('teach', '--append', '--match', '/grip/data=/gripper/data'))
 
     def test_joints_that_are_not_measured_stay_and_are_named(self):
         rosslt('reset', '/arm')

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`rosslt teach --record`: a path along which a device that the test plays leads a thing becomes rows in the file."""
+"""`rosslt teach --record`, `--append`: where a device that the test plays leads a thing becomes rows in the file."""
 
 import ast
 import difflib
@@ -9,11 +9,14 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
 import rospy
 from geometry_msgs.msg import PoseStamped
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from support.fork_server import Program
 from support.processes import wait_until
@@ -106,11 +109,11 @@ class Recording(unittest.TestCase):
         wait_until(lambda: '/patrol/WAYPOINTS_0_1' in rosslt('list', '/patrol').stdout, 'its numbers are known')
         return node
 
-    def record(self, target, *arguments):
+    def record(self, target, *arguments, option='--record'):
         """Start to record, with the device of this test."""
         output = os.path.join(self.folder.name, 'output')
         with open(output, 'wb') as out, open(output + '.errors', 'wb') as errors:
-            command = [target, '--by', self.device.name, '--record', '--smooth', '0', '--wait', '60', *arguments]
+            command = [target, '--by', self.device.name, option, '--smooth', '0', '--wait', '60', *arguments]
             process = Program(shutil.which('rosslt'), ['teach', *command], out, errors)
         self.addCleanup(process.kill)
         self.said = lambda: Path(output).read_text() + Path(output + '.errors').read_text()
@@ -160,7 +163,7 @@ class Recording(unittest.TestCase):
         self.assertLessEqual(math.dist(led[-1], way[-1]), TOLERANCE)
         values = [float(rosslt('get', f'/patrol/WAYPOINTS_0_{index}').stdout) for index in range(3)]
         self.assertEqual(values, [0.5, -1.0, 0.3], 'it is back where it was')
-        self.assertEqual(rosslt('save', '/patrol').stderr, 'rosslt save: nothing to save: all is as the files say\n')
+        self.assertRegex(rosslt('save', '/patrol').stderr, '^rosslt save: nothing to save, but patrol.py: lines 8, ')
 
         self.lead(rows, [(0.0, 0.0, 0.0)] * 50)
         told = wait_until(
@@ -195,8 +198,8 @@ class Recording(unittest.TestCase):
     def test_what_is_in_no_row_or_in_two_or_locked_is_refused(self):
         node = self.patrol()
         for target, why in (
-            ('/home', 'no path is recorded: .*no list of alike rows stands here'),
-            ('/odd', 'no path is recorded: .*it is no row of a list of alike ones'),
+            ('/home', 'no row can be added: .*no list of alike rows stands here'),
+            ('/odd', 'no row can be added: .*it is no row of a list of alike ones'),
         ):
             self.assertRegex(failure('teach', target, '--by', self.device.name, '--record', '--wait', '20'), why)
         self.assertEqual(rosslt('lock', '/patrol/WAYPOINTS_1_0', '--reason', 'it is measured').returncode, 0)
@@ -213,6 +216,105 @@ class Recording(unittest.TestCase):
         self.assertRegex(told[0], 'nothing is written: .*no number of the row in line 11 stands here')
         self.assertEqual(node.file.read_text(), PATROL)
         self.assertEqual(rosslt('get', '/patrol/SPLIT_0_0').stdout, '0.0\n')
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 0)
+
+    def append(self, target):
+        """Start to append; its process, its rows of a kind, and what presses."""
+        process, rows = self.record(target, option='--append')
+        self.ghost = ()
+        rospy.Subscriber('/slt_teach/ghost', MarkerArray, self.see)
+        self.wait_for(lambda: self.is_served('/slt_teach/append') or rows('rosslt teach:'))
+        return process, rows, rospy.ServiceProxy('/slt_teach/append', Trigger)
+
+    def see(self, message):
+        self.ghost = [(one.pose.position.x, one.pose.position.y) for one in message.markers if one.action == one.ADD]
+
+    def is_served(self, name):
+        try:
+            return rospy.wait_for_service(name, 0.2) is None
+        except rospy.ROSException:
+            return False
+
+    def lead_and_press(self, rows, press, x, y, yaw=0.0):
+        """Have the hand take hold, lead the thing by so much, press, and let go; the answer."""
+        steps, let_go = 20, len(rows('lets go'))
+        self.lead(rows, [(0.0, 0.0, 0.0)])
+        ((from_x, from_y),) = self.wait_for(lambda: self.ghost)
+        self.send((x * n / steps, y * n / steps, yaw * n / steps) for n in range(steps + 1))
+        self.wait_for(lambda: self.send([(x, y, yaw)]) or math.dist(self.ghost[0], (from_x + x, from_y + y)) < 1e-6)
+        answers = []
+        pressing = threading.Thread(target=lambda: answers.append(press()))
+        pressing.start()
+        while pressing.is_alive():
+            self.send([(x, y, yaw)])
+            rospy.sleep(PERIOD)
+        self.wait_for(lambda: len(rows('lets go')) > let_go)
+        return answers[0]
+
+    def test_each_press_appends_one_row_behind_the_last(self):
+        node = self.patrol()
+        ids = rosslt('list', '/patrol').stdout
+        process, rows, press = self.append('/goal')
+        self.assertEqual(press().message, 'nothing is written: no hand holds the thing; hold it, and press then')
+        above, below = PATROL.split("    (4.0, 2.00, 0.0, 'door', 2.5),\n")
+        below = "    (4.0, 2.00, 0.0, 'door', 2.5),\n" + below
+        first = "    (0.75, -0.5, 0.3, 'dock', 1.5),\n"
+        second = "    (0.25, -1.0, 0.5, 'dock', 1.5),\n"
+        third = "    (0.50, -2.0, 0.3, 'dock', 1.5),\n"
+        answer = self.lead_and_press(rows, press, 0.25, 0.5)
+        self.assertTrue(answer.success, answer.message)
+        self.assertIn(f'a row with this is below {node.file}:7', answer.message)
+        self.assertEqual(node.file.read_text(), above + first + below)
+        self.assertTrue(self.lead_and_press(rows, press, -0.25, 0.0, 0.2).success, self.said())
+        self.assertEqual(node.file.read_text(), above + first + second + below)
+        self.assertEqual(rosslt('list', '/patrol').stdout, ids, 'the numbers that were there are as they were')
+        self.assertEqual(rosslt('undo', '/patrol').stdout.split('\t')[1:3], ['add', 'undone'])
+        self.assertEqual(node.file.read_text(), above + first + below)
+        self.assertTrue(self.lead_and_press(rows, press, 0.0, -1.0).success, self.said())
+        self.assertEqual(node.file.read_text(), above + first + third + below)
+        self.assertTrue(self.lead_and_press(rows, press, -0.25, 0.0, 0.2).success, self.said())
+        self.assertEqual(node.file.read_text(), above + first + third + second + below)
+        (_, by, *cells), *_ = rows('appends')
+        self.assertEqual(
+            (by, cells),
+            ('/slt_teach/append', ['/patrol/WAYPOINTS_0_0', '0.5', '0.75', '/patrol/WAYPOINTS_0_1', '-1.0', '-0.5']),
+        )
+        rosslt('set', '/patrol/WAYPOINTS_0_4', '3.5')
+        rosslt('set', '/patrol/WAYPOINTS_0_0', '0.625')
+        text = node.file.read_text()
+        self.assertIn(
+            'is changed, and not saved: `rosslt save /patrol`', self.lead_and_press(rows, press, 1, 1).message
+        )
+        rosslt('reset', '/patrol')
+        rosslt('lock', '/patrol/WAYPOINTS_1_0', '--reason', 'it is measured')
+        self.assertIn('/patrol/WAYPOINTS_1_0 is locked by', self.lead_and_press(rows, press, 1, 1).message)
+        self.assertEqual(node.file.read_text(), text)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 0)
+        self.assertRegex(
+            failure('teach', '/goal', '--by', self.device.name, '--append', '--wait', '20'),
+            '^rosslt teach: /patrol refuses: /patrol/WAYPOINTS_1_0 is locked by .*: it is measured$',
+        )
+        self.assertRegex(
+            failure('teach', '/odd', '--by', self.device.name, '--append', '--wait', '20'),
+            'no row can be added: .*it is no row of a list of alike ones',
+        )
+
+    def test_a_live_script_gets_each_row_and_runs_on(self):
+        file = Path(self.folder.name, 'walk.script')
+        before = '# walk\ngoto(2.0, 1.00, 1.5)  # in\n\ngoto(-1, 2, 0.5)'
+        file.write_text(before)
+        node = subprocess.Popen(['rosrun', 'rosslt', 'interactive_script', f'_file:={file}', '__name:=walk'])
+        self.addCleanup(node.wait, 60)
+        self.addCleanup(node.terminate)
+        process, rows, press = self.append('/waypoint')
+        added = ['goto(2.3, 1.00, 1.5)\n', 'goto(2.3, 1.50, 1.5)\n']
+        for count, (x, y) in enumerate([(0.3, 0.0), (0.3, 0.5)], 1):
+            answer = self.lead_and_press(rows, press, x, y)
+            self.assertTrue(answer.success, answer.message)
+            self.assertEqual(file.read_text(), before.replace('# in\n', '# in\n' + ''.join(added[:count])))
+            self.wait_for(lambda: rosslt('list', '/walk').stdout.count('walk.script:') == 6 + 3 * count)  # noqa: B023
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), 0)
 

@@ -56,7 +56,11 @@ def python_row_edits(file: str, content: bytes, line: int, column: int, operatio
 
 
 def python_row_additions(
-    file: str, content: bytes, places: Sequence[Tuple[int, int]], added: Sequence[Sequence[Scalar]]
+    file: str,
+    content: bytes,
+    places: Sequence[Tuple[int, int]],
+    added: Sequence[Sequence[Scalar]],
+    behind: Sequence[Sequence[Scalar]] = (),
 ) -> List[Edit]:
     """Make the edits that add copies of a row of a Python file below it, in which some numbers are others.
 
@@ -65,6 +69,8 @@ def python_row_additions(
         content: all of it.
         places: line and column of each of these numbers in the row, from 1, in characters.
         added: for each copy, what they are there. Each is written in the manner of the one in the row.
+        behind: the same for copies that were added before. As far as these still stand directly below the row, in this
+            order, the new ones go behind them.
 
     Raises:
         FileError: a number does not stand there, they are not all in one row of a list of alike ones, or a number
@@ -72,12 +78,17 @@ def python_row_additions(
     """
     source = SourceText(file, content)
     try:
-        return _additions(source, places, added)
+        return _additions(source, places, added, behind)
     except (RecursionError, MemoryError):
         raise rows.refusal(file, source.text, 0, 'it is nested too deeply') from None
 
 
-def _additions(source: SourceText, places: Sequence[Tuple[int, int]], added: Sequence[Sequence[Scalar]]) -> List[Edit]:
+def _additions(
+    source: SourceText,
+    places: Sequence[Tuple[int, int]],
+    added: Sequence[Sequence[Scalar]],
+    behind: Sequence[Sequence[Scalar]],
+) -> List[Edit]:
     tree, found, row = _row_at(source, *places[0])
     first, last = row.ranges[row.position]
     offsets: List[int] = []
@@ -87,16 +98,35 @@ def _additions(source: SourceText, places: Sequence[Tuple[int, int]], added: Seq
             reason = f'no number of the row in line {rows.line_of(source.text, first)} stands here'
             raise rows.refusal(source.path, source.text, place, f'{reason}; edit the file by hand')
         offsets.append(place - first)
-    changed, starts = rows.with_copies(row, len(added))
+    below = _still_below(source, row, offsets, behind)
+    changed, starts = rows.with_copies(row, len(added), below)
     copied = SourceText(source.path, replaced(source.content, [source.edit(0, len(source.text), changed)]))
-    for _ in added:
-        rows.operate(found.siblings, found.position, rows.DUPLICATE)
+    behind_last = found.position + below + 1
+    found.siblings[behind_last:behind_last] = [found.siblings[found.position]] * len(added)
     if ast.dump(copied.tree) != ast.dump(tree):
         raise row.refusal('the file would not say the same otherwise; edit it by hand', first)
     at = {literal.start: index for index, literal in enumerate(copied.numbers)}
     wanted = {at[start + offset]: value for start, one in zip(starts, added) for offset, value in zip(offsets, one)}
     made = SourceText(source.path, replaced(copied.content, copied.edits(wanted)))
     return [source.edit(*rows.difference(source.text, made.text))] if added else []
+
+
+def _still_below(source: SourceText, row: rows.Rows, offsets: Sequence[int], behind: Sequence[Sequence[Scalar]]) -> int:
+    """How many rows directly below a row are copies that were added before, in their order.
+
+    Args:
+        offsets: of some numbers in the row.
+        behind: what they are in each copy.
+    """
+    numbers = sorted(source.numbers, key=lambda one: one.start)
+    own, *others = [[one for one in numbers if start <= one.start < end] for start, end in row.ranges[row.position :]]
+    starts = [one.start - row.ranges[row.position][0] for one in own]
+    indices, copies = [starts.index(offset) for offset in offsets], iter(behind)
+    for count, other in enumerate(others):
+        is_alike = len(other) == len(own)
+        if not (is_alike and any([other[index].value for index in indices] == list(copy) for copy in copies)):
+            return count
+    return len(others)
 
 
 def _edits(source: SourceText, line: int, column: int, operation: str) -> List[Edit]:

@@ -167,17 +167,17 @@ def after(rows: Rows, operation: str) -> str:
     return _swapped(rows.text, found[upper], found[upper + 1])
 
 
-def with_copies(rows: Rows, count: int) -> Tuple[str, List[int]]:
-    """The text with copies of a row below it, and where each of them begins.
+def with_copies(rows: Rows, count: int, below: int = 0) -> Tuple[str, List[int]]:
+    """The text with copies of a row below it, or below so many rows more, and where each of them begins.
 
-    The comment at the end of the row stays with the row.
+    The comment at the end of a row stays with the row.
 
     Raises:
         FileError: the rows do not stand on lines of their own.
     """
     found = _found(rows)
-    text, row = rows.text, found[rows.position]
-    element, comma, line_break = text[row.start : row.end], text[row.end : row.comma], _line_break(rows, found)
+    text, (start, end), row = rows.text, rows.ranges[rows.position], found[rows.position + below]
+    element, comma, line_break = text[start:end], text[row.end : row.comma], _line_break(rows, found)
     is_alone = row.tail == row.comma  # and no bracket stands behind it, which would have to go below the copies
     rest = row.line_end if is_alone else row.comma
     changed = text[: row.end] + (comma or rows.separator) + text[row.tail : row.line_end] * is_alone

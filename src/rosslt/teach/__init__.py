@@ -7,8 +7,8 @@ room may import the rooms `markers`, `node`, `files`, `messages` and `values`, a
 """
 
 from rosslt.teach.devices import DEVICES, TF, WAYS, Joints, Joystick, NotTaught, Numbers, Options, device
-from rosslt.teach.matcher import Answer, Matcher
+from rosslt.teach.matcher import Matcher
 from rosslt.teach.pairing import Field
-from rosslt.teach.presses import SERVICE, Presses
+from rosslt.teach.presses import Answer, Presses
 from rosslt.teach.recording import Recording, Written
 from rosslt.teach.teacher import Teacher

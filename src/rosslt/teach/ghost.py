@@ -56,11 +56,15 @@ class Ghost:
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
         """A hand has let go of a handle: its ghost goes away, and it is said what would have changed."""
         del frame, hand
-        handle, self._handle = self._handle, None
-        self._publisher.publish([Marker(action=Marker.DELETEALL)])
-        self._scene.put_back(name)  # the view of the hand has it where the ghost was
+        handle = self._handle
+        self._vanish(name)
         if handle is not None:
             self._say(self._planned(handle, pose))
+
+    def _vanish(self, name: str) -> None:
+        self._handle = None
+        self._publisher.publish([Marker(action=Marker.DELETEALL)])
+        self._scene.put_back(name)  # the view of the hand has it where the ghost was
 
     def _planned(self, handle: Handle, pose: PoseTuple) -> str:
         """Return the changes that a drag of a thing to a pose would make."""
@@ -77,6 +81,7 @@ class Ghost:
         return 'would change ' + (', '.join(changed) or 'nothing') + (f'; {stop}' if stop else '')
 
     def _show(self, frame: str, pose: PoseTuple) -> None:
+        self._pose = pose
         shown: List[Marker] = []
         for number, shape in enumerate(self._handle.shapes() if self._handle is not None else ()):
             shape.header.frame_id, shape.ns, shape.id = frame, 'ghost', number

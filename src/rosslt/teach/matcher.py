@@ -4,7 +4,7 @@ import contextlib
 import queue
 import threading
 import time
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Set, Tuple
 
 import rosgraph
 import rospy
@@ -13,29 +13,11 @@ from rosslt import messages, node, values
 from rosslt.node import Heard
 from rosslt.teach.devices import JOINTS, PERIOD, NotTaught
 from rosslt.teach.pairing import Field, NotYet, paired
+from rosslt.teach.presses import Answer
+from rosslt.teach.rows import Appended, checked_place
 
 #: The age from which on what was measured is old, in seconds.
 OLD = 1.0
-
-
-class Answer(NamedTuple):
-    """The result of a press.
-
-    Attributes:
-        is_done: whether all is as measured, or as near as possible.
-        changes: [(name of a source, its value before, after), ...].
-        text: how it was seen, or the reason of a refusal.
-        notes: what else a person should know.
-    """
-
-    is_done: bool
-    text: str
-    changes: Sequence[Tuple[str, Any, Any]] = ()
-    notes: Sequence[str] = ()
-
-    def __str__(self) -> str:
-        changed = ', '.join(f'{name}: {old!r} -> {new!r}' for name, old, new in self.changes)
-        return '; '.join(filter(None, [changed, self.text, *self.notes]))
 
 
 class Latest:
@@ -113,7 +95,7 @@ class Matcher:
     """
 
     def __init__(self, fields: Sequence[Tuple[Field, Field]], directory: node.Directory) -> None:
-        self._fields, self._directory = fields, directory
+        self._fields, self._directory, self._appended = fields, directory, Appended()
         topics = {field.topic for pair in fields for field in pair}
         published = dict(rosgraph.Master('/rosslt_teach').getPublishedTopics('/'))
         types = {topic: published.get(topic, '') for topic in topics}
@@ -144,8 +126,7 @@ class Matcher:
         try:
             aims, notes = self._aims()
             with self._latest.coming():
-                asker = node.Requester(rospy.get_name(), self._directory)
-                matching = node.Matching(asker, self._latest, self._errors)
+                matching = self._matching()
                 outcome = matching.match(aims)
         except (values.Error, ValueError, rospy.ROSException) as error:
             return Answer(False, str(error))
@@ -163,9 +144,32 @@ class Matcher:
             text = 'nothing to change: nothing comes nearer'
         return Answer(True, text, changes, notes)
 
+    def check_row(self) -> None:
+        """Check that rows can be added for what is commanded; raises as `checked_place` does."""
+        checked_place(_tracked(self._aims()[0]))
+
+    def append(self) -> Answer:
+        """Do as a press says: what is measured now becomes a row below that of what is commanded, which stays."""
+        try:
+            aims, notes = self._aims()
+            with self._latest.coming():
+                matching = self._matching()
+                found = matching.plan(aims)
+        except (values.Error, ValueError, rospy.ROSException) as error:
+            return Answer(False, f'nothing is written: {error}')
+        if matching.is_nearest:
+            notes = [_distances(matching.aims, matching.wanted), *notes]
+        # six digits are as many as a sensor has
+        short = {source: float(f'{one:g}') if type(one) is float else one for source, one in found.items()}
+        answer = self._appended.append(_tracked(matching.aims), short)
+        return answer._replace(notes=[*answer.notes, *notes])
+
     def close(self) -> None:
         """Listen no more."""
         self._latest.close()
+
+    def _matching(self) -> node.Matching:
+        return node.Matching(node.Requester(rospy.get_name(), self._directory), self._latest, self._errors)
 
     def _aims(self) -> Tuple[List[node.Aim], List[str]]:
         """All numbers and what they are to be now, and what is left out."""
@@ -213,6 +217,12 @@ class Matcher:
             f'nothing in {field.name} has a source, as {heard[0][0].publisher} sends it; '
             f'`rosslt doctor {field.topic}` says why'
         )
+
+
+def _tracked(aims: Sequence[node.Aim]) -> List[Any]:
+    """The numbers of aims that have a source."""
+    parts = [messages.part_at(aim.heard.message, aim.path)[0] for aim in aims]
+    return [part for part in parts if values.is_tracked(part)]
 
 
 def _distances(aims: Sequence[node.Aim], seen: Sequence[float]) -> str:

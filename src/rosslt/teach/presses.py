@@ -5,16 +5,35 @@ import queue
 import signal
 import sys
 import threading
-from typing import Callable, Iterator, Optional, Set, Tuple
+from typing import Any, Callable, Iterator, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger, TriggerResponse
 
 from rosslt.teach.devices import PERIOD
-from rosslt.teach.matcher import Answer
 
-SERVICE = '~match'
+
+class Answer(NamedTuple):
+    """The result of a press.
+
+    Attributes:
+        is_done: whether all is as measured, or as near as possible, or the row is written.
+        changes: [(name of a source, its value before, after), ...]; for a row, its value above, and in the row.
+        text: how it was seen, or the reason of a refusal.
+        notes: what else a person should know.
+    """
+
+    is_done: bool
+    text: str
+    changes: Sequence[Tuple[str, Any, Any]] = ()
+    notes: Sequence[str] = ()
+
+    def __str__(self) -> str:
+        changed = ', '.join(f'{name}: {old!r} -> {new!r}' for name, old, new in self.changes)
+        return '; '.join(filter(None, [changed, self.text, *self.notes]))
+
+
 BUSY = Answer(False, 'the press before is still being answered; nothing was changed by this one')
 
 _Reply = Callable[[Answer], None]
@@ -25,20 +44,29 @@ class Presses:
     what was measured then would be another thing by the time that it is looked at.
 
     Args:
+        service: the name of the service that presses.
         joy: the topic of a joystick; '' for none.
         button: the number of its button.
         show: is called with who has pressed and the answer, in the threads of all.
         say: is called with what is wrong with the joystick.
     """
 
-    def __init__(self, joy: str, button: int, show: Callable[[str, Answer], None], say: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        service: str,
+        joy: str,
+        button: int,
+        show: Callable[[str, Answer], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._service = rospy.resolve_name(service)
         self._joy, self._button, self._show, self._say = joy, button, show, say
         self._queue: queue.SimpleQueue[Optional[Tuple[str, _Reply]]] = queue.SimpleQueue()
         self._is_busy = threading.Lock()
         self._was_down: Optional[bool] = None
         self._said: Set[str] = set()
         rospy.on_shutdown(self.end)
-        rospy.Service(SERVICE, Trigger, self._serve)
+        rospy.Service(self._service, Trigger, self._serve)
         if joy:
             rospy.Subscriber(joy, Joy, self._take, tcp_nodelay=True)
         if sys.stdin is not None and sys.stdin.isatty():
@@ -48,12 +76,14 @@ class Presses:
     def answer_all(self, answer: Callable[[], Answer]) -> None:
         """Answer presses until `end` is called."""
         for by, reply in self._each():
-            try:
-                given = answer()
-            finally:
-                self._is_busy.release()
-            self._show(by, given)
-            reply(given)
+            self._answer(answer, by, reply)
+
+    def answer_waiting(self, answer: Callable[[], Answer]) -> None:
+        """Answer the press that waits, if one does."""
+        with contextlib.suppress(queue.Empty):
+            press = self._queue.get_nowait()
+            if press is not None:
+                self._answer(answer, *press)
 
     def end(self) -> None:
         """Take no more presses."""
@@ -67,6 +97,14 @@ class Presses:
                     return
                 yield press
 
+    def _answer(self, answer: Callable[[], Answer], by: str, reply: _Reply) -> None:
+        try:
+            given = answer()
+        finally:
+            self._is_busy.release()
+        self._show(by, given)
+        reply(given)
+
     def _press(self, by: str, reply: _Reply = lambda answer: None) -> None:
         if self._is_busy.acquire(blocking=False):
             self._queue.put((by, reply))
@@ -76,7 +114,7 @@ class Presses:
 
     def _serve(self, _: object) -> TriggerResponse:
         answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._press(rospy.resolve_name(SERVICE), answers.put)
+        self._press(self._service, answers.put)
         answer = answers.get()
         return TriggerResponse(answer.is_done, str(answer))
 

@@ -6,13 +6,11 @@ from rosslt import files, node, values
 from rosslt.markers import Drags, Handle, Scene, solve_waypoints
 from rosslt.markers.geometry import PoseTuple
 from rosslt.teach.devices import NotTaught
+from rosslt.teach.rows import TIMEOUT, checked_place, places_of
 from rosslt.teach.thinning import thinned
 
 #: The part of the tolerance that is left for rounding the numbers of the rows.
 RESERVED = 0.2
-
-#: How long the owner of the numbers may take to answer, in seconds.
-TIMEOUT = 2.0
 
 
 class Led(NamedTuple):
@@ -109,22 +107,7 @@ class Recording:
             ChangeRejected: that row, its list or its node is locked.
             NotTaught: none of its numbers is in a row of alike ones, or that is not as its node has read it.
         """
-        directory = node.directory()
-        sources = values.sources(handle.tracked)
-        directory.learn(sources, TIMEOUT)
-        refusals: List[str] = []
-        held = directory.held(handle.tracked, self._scene.shared(handle))
-        for source in sources:
-            place = directory.of(source)
-            if place is None or place.is_fixed or source in held:
-                continue
-            try:
-                node.row_additions([place], [], TIMEOUT)
-                self._is_in_script = node.is_in_script(place)
-                return
-            except (files.FileError, node.SourceUnreachable) as error:
-                refusals.append(f'{place.name}: {error}')
-        raise NotTaught('no path is recorded: ' + (refusals[0] if refusals else 'it has no numbers that can change'))
+        self._is_in_script = node.is_in_script(checked_place(handle.tracked, self._scene.shared(handle)))
 
     def write(self, led: Led) -> Written:
         """Add the rows of a path to the file that the thing comes from.
@@ -146,22 +129,9 @@ class Recording:
         waypoints = solve_waypoints(
             led.handle, [led.poses[index] for index in kept], led.shared, resolution, TIMEOUT, self._name_of
         )
-        places = self._places(list(waypoints[0]))
+        if not waypoints[0]:
+            raise NotTaught('it has no numbers that change on the way')
+        places = places_of(list(waypoints[0]))
         untaken = node.add_rows(places, [list(one.values()) for one in waypoints], TIMEOUT)
         location = places[0].location
         return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}', untaken)
-
-    def _places(self, sources: Sequence[values.Source]) -> List[node.Place]:
-        if not sources:
-            raise NotTaught('it has no numbers that change on the way')
-        directory = node.directory()
-        directory.forget(sources)  # of a live script, they stand elsewhere after each edit
-        directory.learn(sources, TIMEOUT)
-        places = [directory.of(source) for source in sources]
-        known = [place for place in places if place is not None]
-        if len(known) < len(places):
-            raise NotTaught('it is not known where its numbers stand')
-        nodes = {place.node for place in known}
-        if len(nodes) > 1:
-            raise NotTaught(f'its numbers are those of several nodes: {", ".join(sorted(nodes))}')
-        return known

@@ -27,9 +27,11 @@ from rosslt.markers import (
     short_numbers,
 )
 from rosslt.markers.geometry import PoseTuple
+from rosslt.teach.appending import Appending
 from rosslt.teach.devices import PERIOD, RESOLUTION, Device, Frame, Joystick, NotTaught, Numbers, Options
 from rosslt.teach.ghost import Ghost
 from rosslt.teach.hand import SILENCE, Hand, NumbersHand
+from rosslt.teach.presses import Presses
 from rosslt.teach.recording import Recording, Written
 from rosslt.teach.target import Target
 
@@ -68,6 +70,8 @@ class Teacher(Follower):
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
         self.recording: Optional[Recording] = None
         self._ghost: Optional[Ghost] = None
+        self._appending: Optional[Appending] = None
+        self._presses: Optional[Presses] = None
 
     # As a view.
 
@@ -105,6 +109,10 @@ class Teacher(Follower):
         """Have the hand lead a ghost of the thing, and nothing change."""
         self._ghost = Ghost(self._scene, self._descriptions.name, self._say)
 
+    def append(self) -> None:
+        """Have the hand lead a ghost of the thing, which becomes a row at each press."""
+        self._ghost = self._appending = Appending(self._scene, self._descriptions.name, self._say)
+
     def find(self, target: str, topic: str, timeout: float) -> str:
         """The name of the handle that is meant.
 
@@ -139,8 +147,9 @@ class Teacher(Follower):
             handle = self._scene.handle(found[0])
             device.begin(handle.frame if handle is not None else '', max(end - time.monotonic(), 1.0))
         handle = self._scene.handle(found[0])
-        if self.recording is not None and handle is not None:
-            self.recording.check(handle)
+        writing = self.recording or self._appending
+        if writing is not None and handle is not None:
+            writing.check(handle)
         return found[0]
 
     def _find_numbers(self, device: Numbers, target: Target, end: float) -> str:
@@ -163,6 +172,7 @@ class Teacher(Follower):
         options: Options,
         clutch: str,
         show: Show,
+        presses: Optional[Presses] = None,
     ) -> None:
         """Have a device move a thing until this process is interrupted; it has let go then.
 
@@ -173,8 +183,9 @@ class Teacher(Follower):
             options: of the device, and of its clutch.
             clutch: the topic of a Joy whose button is pressed as long as the hand holds; '' for none.
             show: is called some thirty times a second.
+            presses: append rows, after `append` was called.
         """
-        self._name = name
+        self._name, self._presses = name, presses
         kind = NumbersHand if isinstance(self._device, Numbers) else Hand
         drags = self._ghost or self.recording or self._drags
         grasp = functools.partial(self._grasp, name)
@@ -222,6 +233,8 @@ class Teacher(Follower):
             if now >= due:
                 self._keep_up()
                 self._show(hand, show)
+                if self._presses is not None and self._appending is not None:
+                    self._presses.answer_waiting(self._appending.append)
                 due = now + 1.0 / FRAME_RATE
             try:
                 is_clutch, message, arrived = self._messages.get(timeout=max(due - now, 0.0))

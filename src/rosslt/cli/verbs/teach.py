@@ -36,7 +36,12 @@ With --match, at each press what is commanded becomes what is measured then: an 
 behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
 numbers go to those of the same name, joints to those of the same name. A press is button --button of the Joy --press
 that goes down, a call of the service ~match of the node slt_teach (std_srvs/Trigger), or Enter. All WANTED fields are
-one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends."""
+one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends.
+
+With --append, each press appends one row to the list that the thing, or WANTED, comes from: below its row, and behind
+those that were appended before. With --by, the hand leads a ghost, and the row has the numbers of where that is; with
+--match, the row has what is measured. The thing stays. `rosslt undo` takes one row out at a time. The service is
+~append."""
 EXAMPLE = """\
 examples:
   rosslt teach /markers:ball:0 --by /joy
@@ -48,7 +53,9 @@ examples:
   rosslt teach /gains/data[1] --by /panel/values[2] --scale 0.1
   rosslt teach /arm/command --by /leader/joint_states --clutch /joy
   rosslt teach /goal --by tf:hand --clutch /joy --record --tolerance 0.01
+  rosslt teach /goal --by /joy --append --press /joy --button 2
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
+  rosslt teach --match /arm/command=/joint_states --append
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
 
@@ -56,7 +63,8 @@ In a pipe it is a line of columns between tabs for each event: holds, lets go, o
 DEVICE, x, y and z or the numbers, or the text that it says. With --record also: records, the thing, the number of
 poses, the number of rows, and file:line of the row above them, as the node has read it. With --match: matches or
 refused; who has pressed; then NODE/LOCATION, the value before and the value after, for each number that has changed, or
-the reason. What else there is to know of it are lines that begin with says, and who has pressed.
+the reason. What else there is to know of it are lines that begin with says, and who has pressed. With --append: appends
+or refused; the same, with the value in the row of the thing and the one in the new row.
 """
 ARGUMENTS = [
     Argument(
@@ -91,8 +99,23 @@ ARGUMENTS = [
         help='at each press, the field WANTED becomes what the field MEASURED is, as /goal/pose=/tracker/pose; may be '
         'given several times',
     ),
-    Argument('--press', metavar='JOY', default='', completer='topics', help='with --match: a Joy whose button presses'),
-    Argument('--button', type=int, default=0, metavar='N', help='with --match: the button of the Joy (default: 0)'),
+    Argument(
+        '--append', action='store_true', help='at each press, one row is added: where the hand is, or what is measured'
+    ),
+    Argument(
+        '--press',
+        metavar='JOY',
+        default='',
+        completer='topics',
+        help='with --match or --append: a Joy whose button presses',
+    ),
+    Argument(
+        '--button',
+        type=int,
+        default=0,
+        metavar='N',
+        help='with --match or --append: the button of the Joy (default: 0)',
+    ),
     Argument('--axes', default='0,1,2', metavar='N,N,N', help='axes of a Joy that are x, y and z (default: 0,1,2)'),
     Argument('--speed', type=float, default=0.5, metavar='V', help='m/s of a stick at its stop (default: 0.5)'),
     Argument('--deadman', type=int, default=0, metavar='N', help='button of a Joy that holds (default: 0)'),
@@ -150,6 +173,9 @@ TOLERANCE, LEVER = 0.005, 0.1
 #: The name of the node.
 NODE = 'slt_teach'
 
+#: The services of the node that press.
+MATCH_SERVICE, APPEND_SERVICE = '~match', '~append'
+
 #: Takes the live line of a terminal away.
 CLEAR = '\r\x1b[K'
 
@@ -194,8 +220,11 @@ def _drag(options: argparse.Namespace) -> None:
     )
     if not options.target:
         raise Misused('--by needs a TARGET: what the device is to drag')
-    if options.press:
-        raise Misused('--press is for --match; with --by, the device or --clutch says when the hand holds')
+    if options.press and not options.append:
+        raise Misused('--press is for --match or --append; with --by, the device or --clutch says when the hand holds')
+    if options.append and (options.record or options.dry_run):
+        other = '--record writes a path' if options.record else '--dry-run changes nothing'
+        raise Misused(f'--append writes a row at each press, and {other}: give one of them')
     for name, length in (('tolerance', options.tolerance), ('lever', options.lever)):
         if length is not None and not options.record:
             raise Misused(f'--{name} is for --record')
@@ -203,6 +232,7 @@ def _drag(options: argparse.Namespace) -> None:
             raise Misused(f'--{name} must be a number above 0, found {length}')
     if options.dry_run and options.record:
         raise Misused('--dry-run changes nothing, and --record writes a file: give one of them')
+    _check_button(options)
     if options.deadman < 0:
         raise Misused(f'--deadman must not be negative, found {options.deadman}')
     is_frame = options.by.startswith(teach.TF)
@@ -210,15 +240,22 @@ def _drag(options: argparse.Namespace) -> None:
         raise Misused(f'--by {teach.TF} needs the name of a frame, as {teach.TF}hand; found {options.by}')
     if options.reference and not is_frame:
         raise Misused(f'--in is for a frame of tf, as --by {teach.TF}hand; found --by {options.by}')
-    find_master()
     by = options.by if is_frame else full_field(options.by)
     clutch = full_name(options.clutch) if options.clutch else ''
+    if options.press and options.button == options.deadman and full_name(options.press) in (by, clutch):
+        raise Misused(f'--button {options.button} of {options.press} holds: choose another one to press')
+    find_master()
     device, topic, device_class = teach.device(by, chosen, options.wait)
-    if options.record and isinstance(device, teach.Numbers):
-        raise Misused(f'--record is for a thing that has a pose; {by} moves numbers')
+    if (options.record or options.append) and isinstance(device, teach.Numbers):
+        option = '--record' if options.record else '--append'
+        raise Misused(f'{option} is for a thing that has a pose; {by} moves numbers')
     if chosen.joints and not isinstance(device, teach.Joints):
         raise Misused(f'--joints is for a sensor_msgs/JointState; {by} is none')
-    node.init_node(NODE, anonymous=True, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
+    if options.append:
+        joy = _joystick(options)
+        _start()
+    else:
+        node.init_node(NODE, anonymous=True, disable_signals=True, log_level=rospy.ERROR)  # the screen says the rest
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     screen = Screen(by)
@@ -227,9 +264,12 @@ def _drag(options: argparse.Namespace) -> None:
         teacher.record(options.tolerance or TOLERANCE, options.lever or LEVER, screen.records)
     if options.dry_run:
         teacher.lead_ghost()
+    if options.append:
+        teacher.append()
     screen.name = teacher.find(full_field(options.target), topic, options.wait)
     screen.begin()
-    teacher.teach(screen.name, by, topic, device_class, chosen, clutch, screen.show)
+    presses = _presses(APPEND_SERVICE, joy, options.button, screen.answers, screen.say) if options.append else None
+    teacher.teach(screen.name, by, topic, device_class, chosen, clutch, screen.show, presses)
     screen.end()
 
 
@@ -240,16 +280,14 @@ def _match(options: argparse.Namespace) -> None:
     misplaced = misplaced or '--record' * options.record or '--dry-run' * options.dry_run
     if misplaced:
         raise Misused(f'{misplaced} is for --by; --match says what is changed, and --press when')
-    if options.button < 0:
-        raise Misused(f'--button must not be negative, found {options.button}')
+    _check_button(options)
     texts = [text.partition('=') for text in options.match]
     if not all(wanted and measured for wanted, _, measured in texts):
         raise Misused('--match takes WANTED=MEASURED, as /goal/pose=/tracker/pose; found ' + ' '.join(options.match))
     end = time.monotonic() + options.wait
-    master, joy, directory = find_master(), full_name(options.press) if options.press else '', node.Directory()
+    master, directory = find_master(), node.Directory()
     with contextlib.suppress(KeyboardInterrupt):
-        if joy and not isinstance(teach.device(joy, teach.Options(), options.wait)[0], teach.Joystick):
-            raise Failure(f'{joy} is no sensor_msgs/Joy, and has no button to press')
+        joy = _joystick(options)
         fields = [(_field(master, wanted, end), _field(master, measured, end)) for wanted, _, measured in texts]
         _start()
         values.describe_sources_with(directory.describe)
@@ -257,13 +295,41 @@ def _match(options: argparse.Namespace) -> None:
             [(teach.Field(*wanted), teach.Field(*measured)) for wanted, measured in fields], directory
         )
         matcher.wait(max(end - time.monotonic(), 1.0))
-        presses = teach.Presses(joy, options.button, _show, functools.partial(_say, joy))
+        if options.append:
+            matcher.check_row()
+        service, verb = (APPEND_SERVICE, 'appends') if options.append else (MATCH_SERVICE, 'matches')
+        presses = _presses(
+            service, joy, options.button, functools.partial(_show, verb=verb), functools.partial(_say, joy)
+        )
         _end_with(presses.end)
-        if is_terminal():
-            ways = [f'button {options.button} of {joy}'] * bool(joy) + ['Enter'] * sys.stdin.isatty()
-            ways.append(f'rosservice call {rospy.resolve_name(teach.SERVICE)}')
-            print(f'a press is {" or ".join(ways)}; Ctrl-C ends it', flush=True)
-        presses.answer_all(matcher.match)
+        presses.answer_all(matcher.append if options.append else matcher.match)
+
+
+def _check_button(options: argparse.Namespace) -> None:
+    if options.button < 0:
+        raise Misused(f'--button must not be negative, found {options.button}')
+
+
+def _joystick(options: argparse.Namespace) -> str:
+    """The full name of the Joy that presses, '' for none."""
+    from rosslt import teach
+
+    joy = full_name(options.press) if options.press else ''
+    if joy and not isinstance(teach.device(joy, teach.Options(), options.wait)[0], teach.Joystick):
+        raise Failure(f'{joy} is no sensor_msgs/Joy, and has no button to press')
+    return joy
+
+
+def _presses(service: str, joy: str, button: int, show: Callable[[str, Any], None], say: Callable[[str], None]) -> Any:
+    """The presses from now on; a terminal shows where they come from."""
+    from rosslt import teach
+
+    presses = teach.Presses(service, joy, button, show, say)
+    if is_terminal():
+        ways = [f'button {button} of {joy}'] * bool(joy) + ['Enter'] * sys.stdin.isatty()
+        ways.append(f'rosservice call {rospy.resolve_name(service)}')
+        print(f'a press is {" or ".join(ways)}; Ctrl-C ends it', flush=True)
+    return presses
 
 
 def _field(master: rosgraph.Master, text: str, end: float) -> Tuple[str, str]:
@@ -300,13 +366,18 @@ def _end_with(end: Callable[[], None]) -> None:
         signal.signal(number, take)
 
 
-def _show(by: str, answer: Any) -> None:
+def _told(by: str, answer: Any) -> str:
+    """What a terminal says of a press."""
+    return f'{by}: {"" if answer.is_done else "refused: "}{answer}'
+
+
+def _show(by: str, answer: Any, verb: str = 'matches') -> None:
     """Print what came of a press."""
     if is_terminal():
-        print(f'{by}: {"" if answer.is_done else "refused: "}{answer}', flush=True)
+        print(_told(by, answer), flush=True)
         return
     if answer.is_done:
-        write_row('matches', by, *[cell for change in answer.changes for cell in change])
+        write_row(verb, by, *[cell for change in answer.changes for cell in change])
         for text in (answer.text, *answer.notes):
             write_row('says', by, text)
     else:
@@ -379,6 +450,13 @@ class Screen:
         else:
             write_row('records', self.name, written.poses, written.rows, written.where)
             sys.stdout.flush()
+
+    def answers(self, by: str, answer: Any) -> None:
+        """Say what came of a press that appends a row."""
+        if is_terminal():
+            self.say(_told(by, answer))
+        else:
+            _show(by, answer, 'appends')
 
     def show(self, is_held: bool, place: Sequence[float], numbers: Dict[str, Any]) -> None:
         """Show who holds the thing, where it is, and the numbers behind it."""

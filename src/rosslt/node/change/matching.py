@@ -73,6 +73,30 @@ class Matching(Forcing):
             NotReached: not all messages have the wanted values; it has been taken back.
             ValueError: a field cannot hold its number.
         """
+        first = self._first(aims)
+        if first.is_reached:
+            return Outcome({}, self.wanted, values.untracked(first.part), True)
+        try:
+            return self._follow(first, first)
+        except _NothingNearer:
+            self.is_nearest, seen = True, values.untracked(first.part)
+            return Outcome({}, seen, seen, True)
+
+    def plan(self, aims: Sequence[Aim]) -> Dict[Source, Any]:
+        """Return the values with which all numbers would be as wanted, or as near as possible; nothing is requested.
+
+        Raises:
+            NotTracked, NotInvertible, ValueError: as of `match`.
+        """
+        first = self._first(aims)
+        try:
+            return {} if first.is_reached else self._answer(first.part)
+        except _NothingNearer:
+            self.is_nearest, self.wanted = True, values.untracked(first.part)
+            return {}
+
+    def _first(self, aims: Sequence[Aim]) -> Observation:
+        """Begin with aims, and return what their numbers are in the first messages."""
         self.aims = [aim for aim in aims if _has_source(aim)]
         self._begin([aim.heard for aim in self.aims])
         heard = {_stream_of(aim.heard): aim.heard for aim in self.aims}
@@ -85,8 +109,6 @@ class Matching(Forcing):
         self._check_still()
         first = self._joined(heard)
         assert first is not None
-        if first.is_reached:
-            return Outcome({}, self.wanted, values.untracked(first.part), True)
         self._things: List[List[Any]] = []
         self._uses: List[Any] = []
         for aim in self.aims:
@@ -94,11 +116,7 @@ class Matching(Forcing):
             if not any(thing[0] is other[0] for other in self._things):
                 self._things.append(thing)
                 self._uses.append(shared_in(aim.heard.message, aim.path))
-        try:
-            return self._follow(first, first)
-        except _NothingNearer:
-            self.is_nearest, seen = True, values.untracked(first.part)
-            return Outcome({}, seen, seen, True)
+        return first
 
     def _check_still(self) -> None:
         """Check that no number changes by itself.

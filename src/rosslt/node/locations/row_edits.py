@@ -206,13 +206,19 @@ def _check_saved(node: str, row: Sequence[Tuple[Place, Dict[str, Any]]]) -> None
             raise files.FileError(origin['file'], None, None, reason)
 
 
-def row_additions(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> List[files.Edit]:
+def row_additions(
+    places: Sequence[Place],
+    added: Sequence[Sequence[Scalar]],
+    timeout: float,
+    behind: Sequence[Sequence[Scalar]] = (),
+) -> List[files.Edit]:
     """Make the edits that add rows below the row that locations are in, in a source file or a live script.
 
     Args:
         places: the locations, of one node.
         added: for each row, what their numbers are there; all else is as in their row.
         timeout: how long their node may take to answer, in seconds.
+        behind: as of `files.python_row_additions`.
 
     Raises:
         ChangeRejected: one of them, their list or their node is locked.
@@ -222,14 +228,19 @@ def row_additions(places: Sequence[Place], added: Sequence[Sequence[Scalar]], ti
     """
     check_locks(places[0].node, places[0].name, timeout)
     content, stands = _text_of(places, places, timeout)
-    return files.python_row_additions(places[0].location.file, content, stands, added)
+    return files.python_row_additions(places[0].location.file, content, stands, added, behind)
 
 
-def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout: float) -> str:
+def add_rows(
+    places: Sequence[Place],
+    added: Sequence[Sequence[Scalar]],
+    timeout: float,
+    behind: Sequence[Sequence[Scalar]] = (),
+) -> str:
     """Add rows below the row that locations are in, and keep what takes them back.
 
     Args:
-        places, added, timeout: as of `row_additions`.
+        places, added, timeout, behind: as of `row_additions`.
 
     Returns:
         As of `RowEdit.write`.
@@ -240,7 +251,7 @@ def add_rows(places: Sequence[Place], added: Sequence[Sequence[Scalar]], timeout
     """
     place = places[0]
     after = last_request_of(place.node, timeout)
-    edits = row_additions(places, added, timeout)
+    edits = row_additions(places, added, timeout, behind)
     content = files.replaced(files.read_bytes(place.location.file), edits)
     files.write(edits)
     back = files.taking_back(edits, files.digest_of(content))
