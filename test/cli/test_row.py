@@ -62,7 +62,7 @@ def test_a_waypoint_is_duplicated_and_those_below_are_saved_where_they_stand(mas
         assert rosslt('save', '/patrol').returncode == 0
         assert rosslt('save', '/patrol').stderr == (
             'rosslt save: nothing to save, but patrol.py: lines 6, 7 changed in other ways, which needs a restart of '
-            '/patrol\n'
+            'the node\n'
         )
         assert rosslt('set', '/patrol/WAYPOINTS_2_0', '2.75').returncode == 0
         assert rosslt('save', '/patrol').returncode == 0
@@ -90,7 +90,15 @@ def test_what_may_be_another_row_now_and_what_is_none_is_refused(master, tmp_pat
 
 
 def test_rows_of_numbers_are_taken_at_once_and_rows_with_texts_at_the_next_start(master, tmp_path):
-    with patrol(tmp_path, 'taking'):
+    with patrol(tmp_path, 'taking') as node:
+        text = node.file.read_text()
+        node.file.write_text(text + ')')
+        told = 'rosslt save: nothing to save, but taking.py: the node goes on with what was read before: '
+        assert rosslt('save', '/taking').stderr.startswith(told)
+        node.file.write_text(text)
+        assert rosslt('set', '/taking/WAYPOINTS_1_0', '9.5').returncode == 0
+        assert 'WAYPOINTS_1_0 is changed, and not saved' in failure('row', 'down', '/taking/WAYPOINTS_0')
+        assert rosslt('undo', '/taking').returncode == 0
         moved = rosslt('row', 'down', '/taking/WAYPOINTS_0')
         assert moved.stderr == 'rosslt row: /taking has the rows as they are now\n'
         assert rosslt('get', '/taking/WAYPOINTS_0_0').stdout == '1.25\n'
@@ -104,7 +112,7 @@ def test_rows_of_numbers_are_taken_at_once_and_rows_with_texts_at_the_next_start
         stale = 'named.py: lines 5, 6 stand in another order'
         moved = rosslt('row', 'down', '/named/WAYPOINTS_0')
         assert moved.stderr == 'rosslt row: /named has the rows as they are now at its next start\n'
-        waits = f'rosslt save: nothing to save, but {stale}, which needs a restart of /named\n'
+        waits = f'rosslt save: nothing to save, but {stale}, which needs a restart of the node\n'
         assert rosslt('save', '/named').stderr == waits
         assert rosslt('set', '/named/WAYPOINTS_0_1', '0.5').returncode == 0
         assert rosslt('save', '/named').returncode == 0

@@ -390,6 +390,12 @@ def test_the_elements_of_these_are_read_once(made, read):
         'f(START := [1.0])\nf(START[0])',
         'START = {"x": 1.0}\nf(START.get)',
         'START = {"x": 1.0}\nf(START["x"])\ndef g(event):\n    return START["x"]',
+        'try:\n    from site_of import *\nexcept ImportError:\n    START = {"x": 1.0}\nf(START["x"])',
+        'def dict():\n    return LIVE\nSTART = dict()\nf(START["x"])',
+        'from site_of import dict\nSTART = dict()\nf(START["x"])',
+        'START = {"x": 1.0}\n@make\ndef START():\n    pass\nf(START["x"])',
+        'START = {"x": 1.0}\ntry:\n    f()\nexcept E as START:\n    f(START["x"])',
+        'import sys\nSTART = {"x": 1.0}\nf(START["x"])\ndef g(event):\n    return sys._getframe().f_back.f_locals',
         'try:\n    from site_of import START\nexcept ImportError:\n    START = {"x": 1.0}\nf(START["x"])',
     ],
 )

@@ -229,6 +229,7 @@ def _become(script, arguments, folder, environment, streams):
     sys.argv = [script, *arguments]
     sys.path[0] = os.path.dirname(script)
     sys.modules['rospy'].names.reload_mappings(sys.argv)
+    sys.modules['numpy'].random.seed()
     main = types.ModuleType('__main__')
     main.__file__ = script
     sys.modules['__main__'] = main
@@ -245,10 +246,13 @@ def _become(script, arguments, folder, environment, streams):
 
 
 def _end(status):
-    """End as Python does, but for freeing what is loaded: that would copy all memory of the fork."""
+    """End as Python does, but for freeing what is loaded: that would copy all memory of the fork.
+
+    What the program has left in an open file is not written.
+    """
     threading._shutdown()
     atexit._run_exitfuncs()
-    with contextlib.suppress(OSError):  # Python says why it cannot
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # Python says why it cannot, or minds nothing
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status & 0xFF)

@@ -106,8 +106,10 @@ class _Reader:
             new = files.SourceText(self._cells.path, content)
             original = node.SOURCE_FILES.original(self._cells.path)
         except files.Unsettled:
-            return  # who writes it goes on, and is heard again
+            self.stale = 'somebody keeps writing it'  # who is heard again
+            return
         except files.FileError as error:
+            self.stale = f'the node goes on with what was read before: {error.reason}'
             rospy.logwarn('%s: the node goes on with what was read before', error)
             return
         self._take(original, new, node.SOURCE_FILES.is_saved_here(digest))
@@ -212,9 +214,10 @@ class _Reader:
         """Log in one line which edits were taken in, and which need a restart."""
         parts = [', '.join(taken) + ' from now on'] if taken else []
         parts += [f'not taken: {", ".join(refused)}'] if refused else []
+        stale = f'{stale}, which needs a restart of the node' if stale else ''
         if stale != self.stale:
             self.stale = stale
-            parts += [f'{stale}, which needs a restart of the node'] if stale else []
+            parts += [stale] if stale else []
         if parts:
             say = rospy.logwarn if refused else rospy.loginfo
             say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))

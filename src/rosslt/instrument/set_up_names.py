@@ -28,7 +28,7 @@ MODULE: Code = ('<module>', 0)
 
 #: By these, code gets at a module that it does not name.
 _MODULES = {
-    *('__main__', '__import__', 'import_module', 'modules', 'getmodule', '__globals__', 'f_globals'),
+    *('__main__', '__import__', 'import_module', 'modules', 'getmodule', '__globals__', 'f_globals', 'f_locals'),
     *('builtins', '__builtins__'),
 }
 #: By these, it gets at variables, functions and classes that it does not name.
@@ -134,6 +134,11 @@ def _names_of_containers(tree: ast.Module) -> Set[str]:
     """The names that always are a dict or list of their own, from which no reading takes more than the elements:
     `HOME['x']`, `x, y = HOME`, `*HOME` and `**HOME`."""
     nodes = list(ast.walk(tree))
+    # what names something otherwise than by a store: an import, a function or class, `except`, `match`
+    others = {name for one in nodes for name in map(vars(one).get, ('name', 'asname', 'rest')) if isinstance(name, str)}
+    stored = [one for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
+    if '*' in others or 'dict' in {*others, *(one.id for one in stored)}:
+        return set()
     made: Set[int] = set()
     taken: Set[int] = set()
     for one in nodes:
@@ -144,9 +149,7 @@ def _names_of_containers(tree: ast.Module) -> Set[str]:
         is_unpacked = isinstance(one, ast.Assign) and all(isinstance(part, (ast.Tuple, ast.List)) for part in targets)
         if is_unpacked or isinstance(one, (ast.Subscript, ast.Starred)) or getattr(one, 'arg', '') is None:
             taken.add(id(value))
-    others = {one.asname or one.name for one in nodes if isinstance(one, ast.alias)}
     others.update(one.id for one in _readings(tree) if id(one) not in taken)
-    stored = [one for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
     others.update(one.id for one in stored if id(one) not in made)
     return {one.id for one in stored} - others
 

@@ -13,7 +13,7 @@ from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
 from rosslt.node.locations.row_journal import ADD, LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
-from rosslt.node.locations.row_locks import check_locks
+from rosslt.node.locations.row_locks import check_locks, list_of
 from rosslt.node.locations.saving import edits_of, list_edits, stale_in, untaken_in, why_not_written
 
 #: The ROS parameter below its node in which the node of a live script says which text of it is in force.
@@ -152,6 +152,9 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
         gone = {name: one for name, one in before.items() if origins[name].get('is_gone') and not one.get('is_gone')}
         file, line = launched.file, content[: edits[0].start].count(b'\n') + 1
     else:
+        if operation in (files.UP, files.DOWN):  # the node reads the numbers of the other row, too, by their places
+            listed, _ = Directory().ask([place.node], timeout)
+            row = [one for one in listed.get(place.node, row) if list_of(one.location) == list_of(place.location)]
         content, ((line, column),) = _text_of([place], row, timeout)
         file = place.location.file
         edits = files.python_row_edits(file, content, line, column, operation)

@@ -35,13 +35,14 @@ def check_locks(node: str, name: str, timeout: float) -> None:
     listed, silent = Directory().ask([node], timeout)
     if node not in listed:
         raise SourceUnreachable(silent[node], silent)
-    lists = {_list_of(place.location) for place in listed[node] if place.name == name}
-    names = {place.location.id: place.location.name for place in listed[node] if _list_of(place.location) in lists}
+    lists = {list_of(place.location) for place in listed[node] if place.name == name}
+    names = {place.location.id: place.location.name for place in listed[node] if list_of(place.location) in lists}
     for location_id, lock in locks.items():
         if location_id == _WHOLE or location_id in names:
             reason = f'{name_in_full(node, names.get(location_id, ""))} is {lock.text}'
             raise ChangeRejected(f'{node} refuses: {reason}', {values.Source(node, location_id): reason})
 
 
-def _list_of(location: msg.Location) -> Tuple[str, str]:
+def list_of(location: msg.Location) -> Tuple[str, str]:
+    """Return the file and the list of a location: those of the same list have the same."""
     return location.file, location.row.rpartition('[')[0]

@@ -79,9 +79,10 @@ def untaken_in(node: str, timeout: float) -> str:
 
 
 def stale_in(node: str, timeout: float) -> Optional[str]:
-    """Have a node read its files, and say what is another there than in the node, besides numbers, and needs a restart:
-    `patrol.py: lines 5, 6 stand in another order`; '' if nothing is, None if the node does not follow its files, or
-    does not answer.
+    """Have a node read its files, and say what is another there than in the node, besides numbers, and why.
+
+    `patrol.py: lines 5, 6 stand in another order, which needs a restart of the node`; '' if nothing is, None if the
+    node does not follow its files, or does not answer.
 
     Args:
         node: its full name.
@@ -97,8 +98,7 @@ def differing_in(node: str, timeout: float) -> str:
     """What `untaken_in` and `stale_in` say, as one text."""
     with contextlib.suppress(SourceUnreachable):
         answer = list_edits(node, timeout)
-        restart = [f'{"; ".join(answer.stale)}, which needs a restart of {node}'] if answer.stale else []
-        return '; '.join(filter(None, [_untaken(node, answer, timeout), *restart]))
+        return '; '.join(filter(None, [_untaken(node, answer, timeout), *answer.stale]))
     return ''
 
 
