@@ -11,8 +11,7 @@ from support.shell import lines
 pytestmark = [pytest.mark.rostest, pytest.mark.slow]
 
 OWNER = """
-    rosslt.location(1.0, name='x')
-    rosslt.location(1.0, name='y')
+    kept = rosslt.location(1.0, name='x'), rosslt.location(1.0, name='y')
     rospy.spin()
     """
 

@@ -334,7 +334,7 @@ HOLDERS = {
     'own dict': lambda x: type('Kept', (dict,), {'__module__': __name__})(x=x),
     'array': lambda x: tracked_numpy.ones(2) * x,
     'default argument': lambda x: lambda y=x: y,
-    'generator': lambda x: started(numbers_of(x)),
+    **({'generator': lambda x: started(numbers_of(x))} if values.KEEPS_LOCALS else {}),
 }
 
 

@@ -26,6 +26,8 @@ PARAMETERS = {
     for name in ('x', 'y', 'z')
 }
 
+PARAMETERS.add('/visualization_talker/rosslt_records/_last_request')
+
 _HAND = Path(__file__).with_name('restart_hand.py')
 _CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'visualization_talker_listener.rviz'
 

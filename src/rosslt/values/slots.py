@@ -24,29 +24,33 @@ def exchange(rows: List[tuple]) -> List[bool]:
     return [_exchange(*row) for row in rows]
 
 
+_names_of: Any = vars(type)['__dict__'].__get__
+
+
 def _exchange(owner: Any, key: Any, expected: Any, value: Any) -> bool:
+    kind = type(owner)  # its class, which `isinstance` would ask the owner itself for
     try:
-        if isinstance(owner, types.CellType):
+        if issubclass(kind, types.CellType):
             if owner.cell_contents is not expected:
                 return False
             owner.cell_contents = value
-        elif isinstance(owner, dict):
+        elif issubclass(kind, dict):
             if dict.get(owner, key) is not expected:
                 return False
             dict.__setitem__(owner, key, value)
-        elif isinstance(owner, type):
-            if vars(owner).get(key) is not expected:
+        elif issubclass(kind, type):
+            if _names_of(owner).get(key) is not expected:
                 return False
             type.__setattr__(owner, key, value)
         elif isinstance(key, str):
-            if isinstance(owner, types.FrameType) or object.__getattribute__(owner, key) is not expected:
+            if issubclass(kind, types.FrameType) or object.__getattribute__(owner, key) is not expected:
                 return False
             object.__setattr__(owner, key, value)
         elif key is None:
-            kind: Any = list if isinstance(owner, list) else collections.deque
-            found = [(index, one) for index, one in enumerate(kind.__iter__(owner)) if id(one) in value]
+            base: Any = list if issubclass(kind, list) else collections.deque
+            found = [(index, one) for index, one in enumerate(base.__iter__(owner)) if id(one) in value]
             for index, one in found:
-                kind.__setitem__(owner, index, value[id(one)])
+                base.__setitem__(owner, index, value[id(one)])
             return bool(found)
         else:
             if owner[key] is not expected:
