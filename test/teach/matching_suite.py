@@ -197,9 +197,8 @@ class Matching(unittest.TestCase):
         added = ['[1.25, 0.75]', '[1.50, 0.50]', '[1.25, -0.333333]']
         self.measures('/joint_states', JointState(name=['elbow', 'shoulder'], position=[0.5, 1.5]))
         joy = rospy.Publisher('/append_joy', Joy, queue_size=10)
-        self.teach(
-            '/command=/joint_states', more=['--append', '--press', '/append_joy', '--button', '1'], service='append'
-        )
+        more = ['--append', '--press', '/append_joy', '--button', '1']
+        process = self.teach('/command=/joint_states', more=more, service='append')
         wait_until(joy.get_num_connections, 'it hears the joystick')
         for buttons in ([0, 0], [0, 1]):
             joy.publish(Joy(buttons=buttons))
@@ -217,6 +216,8 @@ class Matching(unittest.TestCase):
             rosslt('undo', '/arm')
         with open(self.arm_file, encoding='utf-8') as file:
             self.assertEqual(file.read(), before)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 0)
         self.measures('/gripper', Float64(0.25))
         self.assertIn('no row can be added: ', failure('teach', '--append', '--match', '/grip/data=/gripper/data'))
 
