@@ -238,11 +238,20 @@ class Recording(unittest.TestCase):
 
     def lead_and_press(self, rows, press, x, y, yaw=0.0):
         """Have the hand take hold, lead the thing by so much, press, and let go; the answer."""
-        steps, let_go = 20, len(rows('lets go'))
-        self.lead(rows, [(0.0, 0.0, 0.0)])
-        ((from_x, from_y),) = self.wait_for(lambda: self.ghost)
-        self.send((x * n / steps, y * n / steps, yaw * n / steps) for n in range(steps + 1))
-        self.wait_for(lambda: self.send([(x, y, yaw)]) or math.dist(self.ghost[0], (from_x + x, from_y + y)) < 1e-6)
+        steps, is_there = 20, False
+        while not is_there:  # again if a busy machine has let the hand be silent
+            self.wait_for(lambda: not self.ghost and len(rows('lets go')) == len(rows('holds')))
+            let_go = len(rows('lets go'))
+            self.lead(rows, [(0.0, 0.0, 0.0)])
+            ((from_x, from_y),) = self.wait_for(lambda: self.send([(0.0, 0.0, 0.0)]) or self.ghost)
+            self.send((x * n / steps, y * n / steps, yaw * n / steps) for n in range(steps + 1))
+            there = from_x + x, from_y + y
+            self.wait_for(
+                lambda: self.send([(x, y, yaw)])
+                or len(rows('lets go')) > let_go  # noqa: B023
+                or any(math.dist(one, there) < 1e-6 for one in self.ghost)  # noqa: B023
+            )
+            is_there = len(rows('lets go')) == let_go
         answers = []
         pressing = threading.Thread(target=lambda: answers.append(press()))
         pressing.start()
