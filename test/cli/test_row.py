@@ -94,8 +94,12 @@ def test_rows_of_numbers_are_taken_at_once_and_rows_with_texts_at_the_next_start
         text = node.file.read_text()
         node.file.write_text(text + ')')
         told = 'rosslt save: nothing to save, but taking.py: the node goes on with what was read before: '
+        for _ in range(2):
+            assert rosslt('save', '/taking').stderr.startswith(told)
+        node.file.unlink()
         assert rosslt('save', '/taking').stderr.startswith(told)
         node.file.write_text(text)
+        assert rosslt('save', '/taking').stderr == 'rosslt save: nothing to save: all is as the files say\n'
         assert rosslt('set', '/taking/WAYPOINTS_1_0', '9.5').returncode == 0
         assert 'WAYPOINTS_1_0 is changed, and not saved' in failure('row', 'down', '/taking/WAYPOINTS_0')
         assert rosslt('undo', '/taking').returncode == 0

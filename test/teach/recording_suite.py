@@ -177,13 +177,18 @@ class Recording(unittest.TestCase):
         self.assertEqual(undone.stdout.split('\t')[:3], ['/patrol/WAYPOINTS_0_0', 'add', 'undone'], undone)
         self.assertEqual(node.file.read_text(), before)
 
-    def test_a_live_script_runs_again_with_the_rows(self):
-        file = Path(self.folder.name, 'tour.script')
-        before = '# tour\ngoto(2.0, 1.00, 1.5)  # in\n\ngoto(-1, 2, 0.5)'
-        file.write_text(before)
-        node = subprocess.Popen(['rosrun', 'rosslt', 'interactive_script', f'_file:={file}', '__name:=tour'])
+    def started_script(self, name):
+        """The file of a live script whose node runs until the end of the test, and its text."""
+        file = Path(self.folder.name, f'{name}.script')
+        text = f'# {name}\ngoto(2.0, 1.00, 1.5)  # in\n\ngoto(-1, 2, 0.5)'
+        file.write_text(text)
+        node = subprocess.Popen(['rosrun', 'rosslt', 'interactive_script', f'_file:={file}', f'__name:={name}'])
         self.addCleanup(node.wait, 60)
         self.addCleanup(node.terminate)
+        return file, text
+
+    def test_a_live_script_runs_again_with_the_rows(self):
+        file, before = self.started_script('tour')
         process, rows = self.record('/waypoint')
         self.lead(rows, [(0.01 * min(n, 30), 0.01 * max(n - 30, 0), 0.0) for n in range(61)])
         self.wait_for(lambda: rows('records'))
@@ -311,12 +316,7 @@ class Recording(unittest.TestCase):
         )
 
     def test_a_live_script_gets_each_row_and_runs_on(self):
-        file = Path(self.folder.name, 'walk.script')
-        before = '# walk\ngoto(2.0, 1.00, 1.5)  # in\n\ngoto(-1, 2, 0.5)'
-        file.write_text(before)
-        node = subprocess.Popen(['rosrun', 'rosslt', 'interactive_script', f'_file:={file}', '__name:=walk'])
-        self.addCleanup(node.wait, 60)
-        self.addCleanup(node.terminate)
+        file, before = self.started_script('walk')
         process, rows, press = self.append('/waypoint')
         added = ['goto(2.3, 1.00, 1.5)\n', 'goto(2.3, 1.50, 1.5)\n']
         for count, (x, y) in enumerate([(0.3, 0.0), (0.3, 0.5)], 1):

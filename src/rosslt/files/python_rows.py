@@ -112,7 +112,7 @@ def _additions(
 
 
 def _still_below(source: SourceText, row: rows.Rows, offsets: Sequence[int], behind: Sequence[Sequence[Scalar]]) -> int:
-    """How many rows directly below a row are copies that were added before, in their order.
+    """Count the rows directly below a row that are copies which were added before, in their order.
 
     Args:
         offsets: of some numbers in the row.

@@ -74,44 +74,45 @@ class _Reader:
         cells: its numbers.
 
     Attributes:
-        stale: what else is another in the file than it was when the node was started; '' if nothing is.
+        path: of the file.
+        stale: what else is another in the file than in the node, and what takes that in; '' if nothing is.
     """
 
     def __init__(self, cells: Cells) -> None:
         self._cells = cells
-        self._digest = cells.digest
+        self.path = cells.path
+        self._digest = cells.digest  # of the content that was taken in last
         self._said: Dict[int, Any] = {}  # {index in the file as it was loaded: what was taken in last}
-        self.stale = ''
+        self.stale = self._told = ''  # what was told of that content
 
     @classmethod
     def of(cls, cells: Cells) -> '_Reader':
         """The one of these cells."""
         return _readers.setdefault(id(cells), cls(cells))
 
-    @property
-    def path(self) -> str:
-        """The path of the file."""
-        return self._cells.path
-
     def look(self) -> None:
         """Take in the content of the file, if it has changed."""
         try:
             if self._is_seen():
+                self.stale = self._told
                 return
             content = files.read_settled_bytes(self._cells.path)
             digest = files.digest_of(content)
             if digest == self._digest:
+                self.stale = self._told
                 return
-            self._digest = digest
             new = files.SourceText(self._cells.path, content)
             original = node.SOURCE_FILES.original(self._cells.path)
         except files.Unsettled:
             self.stale = 'somebody keeps writing it'  # who is heard again
             return
         except files.FileError as error:
-            self.stale = f'the node goes on with what was read before: {error.reason}'
-            rospy.logwarn('%s: the node goes on with what was read before', error)
+            stale = f'the node goes on with what was read before: {error.reason}'
+            if stale != self.stale:
+                rospy.logwarn('%s: the node goes on with what was read before', error)
+            self.stale = stale
             return
+        self._digest = digest
         self._take(original, new, node.SOURCE_FILES.is_saved_here(digest))
 
     def _is_seen(self) -> bool:
@@ -145,7 +146,7 @@ class _Reader:
             except ValueError as error:
                 refused.append(f'{literal.value!r} in line {literal.line} ({error})')
         lines = files.changed_elsewhere(original, new, result, set(locations))
-        said = [f'{_of_lines(lines)}'] if lines else []
+        said = [_of_lines(lines)] if lines else []
         said += ['lines that are gone'] if result.has_lost_lines else []
         stale = [f'{" and ".join(said)} changed in other ways'] if said else []
         stale += [f'{_of_lines(result.moved)} stand in another order'] if result.moved else []
@@ -215,9 +216,9 @@ class _Reader:
         parts = [', '.join(taken) + ' from now on'] if taken else []
         parts += [f'not taken: {", ".join(refused)}'] if refused else []
         stale = f'{stale}, which needs a restart of the node' if stale else ''
-        if stale != self.stale:
-            self.stale = stale
+        if stale != self._told:
             parts += [stale] if stale else []
+        self.stale = self._told = stale
         if parts:
             say = rospy.logwarn if refused else rospy.loginfo
             say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))

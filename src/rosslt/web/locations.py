@@ -122,7 +122,9 @@ class Locations:
             else:
                 self._take(key, node.to_json(changed[source].new))
                 with self._lock:
-                    self._changed[key] = wish, request
+                    place = self._places.get(key[0], {}).get(key[1])
+                    if place is not None and not place.location.at_next_start:  # of which the field says that
+                        self._changed[key] = wish, request
                 self._after.call_soon(self._say_outdated, PAUSE)
 
     def _say_outdated(self) -> None:

@@ -367,7 +367,7 @@ def _end_with(end: Callable[[], None]) -> None:
 
 
 def _told(by: str, answer: Any) -> str:
-    """What a terminal says of a press."""
+    """Say on a terminal what came of a press."""
     return f'{by}: {"" if answer.is_done else "refused: "}{answer}'
 
 

@@ -95,7 +95,7 @@ def stale_in(node: str, timeout: float) -> Optional[str]:
 
 
 def differing_in(node: str, timeout: float) -> str:
-    """What `untaken_in` and `stale_in` say, as one text."""
+    """Say how the files of a node differ from it: what `untaken_in` and `stale_in` say, as one text."""
     with contextlib.suppress(SourceUnreachable):
         answer = list_edits(node, timeout)
         return '; '.join(filter(None, [_untaken(node, answer, timeout), *answer.stale]))
