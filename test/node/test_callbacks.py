@@ -1,6 +1,7 @@
 """Calls that follow a change, in a thread of their own."""
 
 import threading
+import types
 
 from rosslt.node import callbacks
 
@@ -9,11 +10,16 @@ class Ending:
     """Stands for `rospy` in a node that may end at any moment."""
 
     def __init__(self):
-        self.has_ended = threading.Event()
+        self.is_ending, self.has_ended = threading.Event(), threading.Event()
+        self.core = types.SimpleNamespace(is_shutdown_requested=self.is_ending.is_set)
         self.errors = []
 
     def is_shutdown(self):
         return self.has_ended.is_set()
+
+    def end(self):
+        self.is_ending.set()
+        self.has_ended.set()
 
     def logerr(self, text, *arguments):
         self.errors.append(text % arguments)
@@ -36,12 +42,12 @@ def fail(_):
 
 
 def end_and_fail(rospy):
-    rospy.has_ended.set()
+    rospy.is_ending.set()  # rospy has closed the topics, and says only then that the node has ended
     raise ValueError('the topic is closed')
 
 
 def test_a_fault_is_logged_and_ends_no_other_call(monkeypatch):
-    (error,) = calls(monkeypatch, fail, lambda rospy: rospy.has_ended.set())
+    (error,) = calls(monkeypatch, fail, Ending.end)
     assert 'in the thread calls of a test:' in error
     assert 'the value is wrong' in error
 

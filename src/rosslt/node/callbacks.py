@@ -48,6 +48,6 @@ class Callbacks:
             try:
                 function()
             except Exception:  # a user's function must not end the calls of others
-                if rospy.is_shutdown():  # meanwhile: what it asks for is closed
+                if rospy.core.is_shutdown_requested():  # meanwhile: rospy closes topics before `is_shutdown` is true
                     return
                 rospy.logerr('in the thread %s:\n%s', self._name, traceback.format_exc())
