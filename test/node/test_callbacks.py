@@ -1,7 +1,6 @@
 """Calls that follow a change, in a thread of their own."""
 
 import threading
-import types
 
 from rosslt.node import callbacks
 
@@ -11,7 +10,6 @@ class Ending:
 
     def __init__(self):
         self.is_ending, self.has_ended = threading.Event(), threading.Event()
-        self.core = types.SimpleNamespace(is_shutdown_requested=self.is_ending.is_set)
         self.errors = []
 
     def is_shutdown(self):
@@ -27,14 +25,16 @@ class Ending:
 
 def calls(monkeypatch, *functions):
     """What is logged of functions that are called one after the other; the last one ends the node."""
-    monkeypatch.setattr(callbacks, 'rospy', Ending())
+    ending = Ending()
+    monkeypatch.setattr(callbacks, 'rospy', ending)
+    monkeypatch.setattr(callbacks, 'is_shutdown_requested', ending.is_ending.is_set)
     called = callbacks.Callbacks('calls of a test')
     for function in functions:
-        called.call_soon(lambda function=function: function(callbacks.rospy))
+        called.call_soon(lambda function=function: function(ending))
     (thread,) = (one for one in threading.enumerate() if one.name == 'calls of a test')
     thread.join(60)
     assert not thread.is_alive()
-    return callbacks.rospy.errors
+    return ending.errors
 
 
 def fail(_):

@@ -7,6 +7,8 @@ from typing import Callable, Dict
 
 import rospy
 
+from rosslt.node.rospy_internals import is_shutdown_requested
+
 
 class Callbacks:
     """Calls functions later, one after the other. One that is asked for again before its turn is called once.
@@ -48,6 +50,6 @@ class Callbacks:
             try:
                 function()
             except Exception:  # a user's function must not end the calls of others
-                if rospy.core.is_shutdown_requested():  # meanwhile: rospy closes topics before `is_shutdown` is true
+                if is_shutdown_requested():  # meanwhile: its topics are closed
                     return
                 rospy.logerr('in the thread %s:\n%s', self._name, traceback.format_exc())

@@ -30,6 +30,9 @@ convert_return_to_response = rospy.impl.tcpros_service.convert_return_to_respons
 #: Returns whether `init_node` was called, by rospy or rosslt.
 is_initialized = rospy.core.is_initialized
 
+#: Returns whether this node ends or has ended. rospy closes its topics before `is_shutdown` says so.
+is_shutdown_requested = rospy.core.is_shutdown_requested
+
 #: Its functions are called when this node has been unregistered, before rospy waits for its threads.
 add_shutdown_hook = rospy.core.add_shutdown_hook
 
