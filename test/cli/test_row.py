@@ -106,6 +106,12 @@ def test_rows_of_numbers_are_taken_at_once_and_rows_with_texts_at_the_next_start
         moved = rosslt('row', 'down', '/taking/WAYPOINTS_0')
         assert moved.stderr == 'rosslt row: /taking has the rows as they are now\n'
         assert rosslt('get', '/taking/WAYPOINTS_0_0').stdout == '1.25\n'
+        text = node.file.read_text()
+        node.file.write_text(text.replace('    rospy.sleep(0.03)', 'rospy.sleep(0.03)'))
+        assert rosslt('save', '/taking').stderr == (
+            'rosslt save: nothing to save, but taking.py: blocks of statements, or the blanks in a text, changed, '
+            'which needs a restart of the node\n'
+        )
     named = (
         PATROL.replace("'patrol'", "'named'").replace('for x, _ in', 'for _, x, _ in').replace('y for _', 'y for _, _')
     )

@@ -348,6 +348,31 @@ def test_lines_are_named_in_which_more_has_changed_than_locations():
 
 
 @pytest.mark.parametrize(
+    ('old', 'new', 'is_same'),
+    [
+        # numbers, texts, comments, layout and the order of functions and of a module's lines
+        ('if a:\n    b = -1.5\n', 'if a:  # so\n  b = 2\n', True),
+        ("get('~a', True)", "get(\n'~b', False)", True),
+        ('def f(): a\ndef g(): b\n', 'def g(): b\n\ndef f(): a\n', True),
+        ('class C:\n def f(): a\n def g(): 1\n', 'class C:\n def g(): 2\n def f(): a\n', True),
+        # blocks, and the blanks of texts
+        ('if a:\n    b\n    c\n', 'if a:\n    b\nc\n', False),
+        ('for a in b:\n    c\nelse:\n    d\n', 'for a in b:\n    c\n    d\n', False),
+        ('class C:\n def f(): a\ndef g(): b\n', 'class C:\n def f(): a\n def g(): b\n', False),
+        ('"""a\n b"""', '"""a\n  b"""', False),
+        ("f'{a} b'", "f'{a}  b'", False),
+    ],
+)
+def test_blocks_are_the_program_without_numbers_and_layout(old, new, is_same):
+    assert (source(old.encode()).blocks() == source(new.encode()).blocks()) is is_same
+
+
+def test_blocks_that_are_nested_too_deeply_are_refused():
+    with pytest.raises(FileError, match='nested too deeply'):
+        source(b'x = ' + b' + '.join([b'a'] * 5000)).blocks()
+
+
+@pytest.mark.parametrize(
     ('call', 'expected'),
     [
         ("get('~frame', 'map')", 'map'),

@@ -4,7 +4,7 @@ them."""
 import ast
 import math
 import re
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple, Union
+from typing import Any, List, Mapping, NamedTuple, Tuple, Union
 
 from rosslt.files.notation import Scalar
 
@@ -59,9 +59,9 @@ def literals_in(tree: ast.AST, text: str) -> List[Tuple[Literal, ast.AST]]:
     return sorted(found, key=lambda pair: (type(pair[0].value) in (str, bool), pair[0].start))
 
 
-def without_literals(tree: ast.Module, literals: Sequence[ast.AST]) -> ast.Module:
-    """Replace each of some literals of a tree by `__literals__[index]`; the tree itself is changed."""
-    taken_out: ast.Module = _Substitution({id(node): index for index, node in enumerate(literals)}).visit(tree)
+def without_literals(tree: ast.Module, indices: Mapping[ast.AST, int]) -> ast.Module:
+    """Replace some literals of a tree, of {node: index}, by `__literals__[index]`; the tree itself is changed."""
+    taken_out: ast.Module = _Substitution(indices).visit(tree)
     return taken_out
 
 
@@ -117,11 +117,11 @@ def _is_finite(number: Union[int, float]) -> bool:
 class _Substitution(ast.NodeTransformer):
     """Replaces literals of a tree by `__literals__[index]`."""
 
-    def __init__(self, indices: Dict[int, int]) -> None:
+    def __init__(self, indices: Mapping[ast.AST, int]) -> None:
         self._indices = indices
 
     def visit(self, node: ast.AST) -> Any:
-        index = self._indices.get(id(node))
+        index = self._indices.get(node)
         if index is None:
             return super().visit(node)
         name = ast.copy_location(ast.Name(LITERALS, ast.Load()), node)

@@ -1,12 +1,13 @@
 """A source file in Python as bytes, its literals, how they are replaced, and which is which after an edit."""
 
 import ast
+import contextlib
 import hashlib
 import io
 import itertools
 import tokenize
 from collections import Counter
-from typing import Collection, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Collection, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, alike, in_manner_of, text_in_manner_of
@@ -95,7 +96,8 @@ class SourceText:
     def program(self, count: Optional[int] = None) -> ast.Module:
         """Its syntax tree, in which `__literals__[index]` stands for the first so many of its literals, or for all."""
         tree = ast.parse(self.text)
-        return without_literals(tree, [node for _, node in self._literals_in(tree)][:count])
+        nodes = [node for _, node in self._literals_in(tree)][:count]
+        return without_literals(tree, {node: index for index, node in enumerate(nodes)})
 
     @property
     def skeleton(self) -> str:
@@ -105,13 +107,33 @@ class SourceText:
             FileError: it is nested too deeply, or has an integer that is too long to be written.
         """
         if self._skeleton is None:
-            try:
+            with self._that_can_be_walked():
                 self._skeleton = ast.dump(self.program())
-            except (RecursionError, MemoryError):
-                raise FileError(self.path, None, None, _TOO_DEEP) from None
-            except ValueError as error:
-                raise FileError(self.path, None, None, str(error)) from None
         return self._skeleton
+
+    def blocks(self) -> str:
+        """The program without its literals, comments and layout, and without the order of the statements of the module
+        and of its classes.
+
+        Raises:
+            FileError: it is nested too deeply, or has an integer that is too long to be written.
+        """
+        with self._that_can_be_walked():
+            tree = ast.parse(self.text)
+            without_literals(tree, dict.fromkeys((node for _, node in self._literals_in(tree)), 0))
+            for node in reversed([*ast.walk(tree)]):
+                if isinstance(node, (ast.Module, ast.ClassDef)):
+                    node.body.sort(key=ast.dump)
+            return ast.dump(tree)
+
+    @contextlib.contextmanager
+    def _that_can_be_walked(self) -> Iterator[None]:
+        try:
+            yield
+        except (RecursionError, MemoryError):
+            raise FileError(self.path, None, None, _TOO_DEEP) from None
+        except ValueError as error:
+            raise FileError(self.path, None, None, str(error)) from None
 
     def number_at(self, line: int, column: int) -> Optional[int]:
         """The index of the number that begins there; both count from 1, in characters."""

@@ -150,6 +150,8 @@ class _Reader:
         said += ['lines that are gone'] if result.has_lost_lines else []
         stale = [f'{" and ".join(said)} changed in other ways'] if said else []
         stale += [f'{_of_lines(result.moved)} stand in another order'] if result.moved else []
+        if not stale and not _has_same_blocks(original, new):
+            stale = ['blocks of statements, or the blanks in a text, changed']
         self._tell([] if is_saved_here else taken, refused, ', and '.join(stale))
 
     def _take_bounds(self, numbers: Dict[int, int], new: files.SourceText, followed: Dict[int, int]) -> List[str]:
@@ -222,6 +224,13 @@ class _Reader:
         if parts:
             say = rospy.logwarn if refused else rospy.loginfo
             say('%s was edited: %s', os.path.basename(self._cells.path), '; '.join(parts))
+
+
+def _has_same_blocks(one: files.SourceText, other: files.SourceText) -> bool:
+    """Return whether the lines of two texts, which read the same, stand in the same blocks as well, as far as known."""
+    with contextlib.suppress(files.FileError):  # nested too deeply
+        return one.blocks() == other.blocks()
+    return True
 
 
 def _of_lines(lines: List[int]) -> str:
