@@ -76,6 +76,7 @@ ARGUMENTS = [
         nargs='?',
         default='',
         metavar='TARGET',
+        completer='targets',
         help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing; TOPIC/FIELD of a number '
         'or of joints, TOPIC:JOINT, or NODE/LOCATION',
     ),
@@ -84,7 +85,7 @@ ARGUMENTS = [
         metavar='DEVICE',
         default='',
         exclusive=True,
-        completer='topics',
+        completer='devices',
         help='the topic of the device, tf:FRAME, or TOPIC/FIELD of a number',
     ),
     Argument(
@@ -213,7 +214,7 @@ def _drag(options: argparse.Namespace) -> None:
         for name in names:
             if not least <= getattr(options, name) <= most:
                 raise Misused(f'--{name.replace("_", "-")} must be a number {range_}, found {getattr(options, name)}')
-    axes = _axes('axes', options.axes) if ',' in options.axes else (_axis(options.axes),)
+    axes = _axes('axes', options.axes, may_be_one=True)
     chosen = teach.Options(
         axes,
         options.speed,
@@ -411,20 +412,15 @@ def _say(by: str, text: str) -> None:
         sys.stdout.flush()
 
 
-def _axis(text: str) -> int:
-    if not text.isdigit():
-        raise Misused(f'--axes must be three numbers of axes, as 0,1,2, or one for a number, as 1; found {text}')
-    return int(text)
-
-
-def _axes(name: str, text: str) -> Tuple[int, int, int]:
+def _axes(name: str, text: str, may_be_one: bool = False) -> Tuple[int, ...]:
     try:
-        x, y, z = map(int, text.split(','))
+        axes: Tuple[int, ...] = tuple(map(int, text.split(',')))
     except ValueError:
-        x = y = z = -1
-    if min(x, y, z) < 0:
-        raise Misused(f'--{name} must be three numbers of axes, as 0,1,2; found {text}')
-    return x, y, z
+        axes = ()
+    if len(axes) not in ((1, 3) if may_be_one else (3,)) or min(axes) < 0:
+        one = ', or one for a number, as 1' * may_be_one
+        raise Misused(f'--{name} must be three numbers of axes, as 0,1,2{one}; found {text}')
+    return axes
 
 
 def _ways(text: str, all_ways: Sequence[str]) -> FrozenSet[str]:
