@@ -22,8 +22,10 @@ STAGE = """
     above = rospy.Publisher('~above', Bool, queue_size=1)
     both = rosslt.Publisher('~both', Float64, queue_size=1)
     command = rosslt.Publisher('/command', JointState, queue_size=1)
+    rospy.set_param('~speed', 0.25)
     rate = rospy.Rate(50)
     while not rospy.is_shutdown():
+        rosslt.get_param('~speed')
         above.publish(Bool(bool(rosslt.location(1.0, name='goal_x', minimum=-2.0, maximum=4.0) > 2.0)))
         rosslt.location(2.0, name='goal_y')
         rosslt.location(3, name='count')
@@ -155,6 +157,20 @@ class Locations(WithDevices):
         self.hold(teaching, joy, lambda: self.joy(0, 0, 0))
         self.play(joy, *[self.joy(1.0, 0, 0) for _ in range(30)], self.joy(0, 0, 0, held=False))
         self.expect('/lab/pid/count', 6)
+
+    def test_names_without_their_slash_and_of_parameters_are_taken(self):
+        joy = self.device(Joy)
+        for target, name, began in (
+            ('lab/pid/gate/width', '/lab/pid/gate/width', 7.0),
+            ('/lab/pid/~speed', '/lab/pid/~speed', 0.25),
+        ):
+            teaching = self.teach(target, joy.name, '--deadman', '1')
+            self.hold(teaching, joy, lambda: self.joy(0, 0, 0))
+            self.play(joy, *[self.joy(1.0, 0, 0) for _ in range(10)], self.joy(0, 0, 0, held=False))
+            self.expect(name, began + 0.1)
+            ((*_, shown, _, _),) = teaching.wait_for('lets go')
+            self.assertEqual(shown, name)
+            teaching.stop()
 
     def test_a_dry_run_says_what_would_change(self):
         joy = self.device(Joy)
