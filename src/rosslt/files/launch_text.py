@@ -1,7 +1,8 @@
-"""Launch files as text: other values in their <param> tags, and every other byte as it is."""
+"""Launch files as text: other values in their <param> tags and in the arguments of nodes, and every other byte as it
+is."""
 
 import re
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
@@ -14,6 +15,8 @@ ORIGINS = '/rosslt/parameter_origins'
 
 _ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
+#: A word of the arguments of a node; a substitution may have blanks in it.
+_WORD = r'(?:\$\([^)]*\)|\S)+'
 
 #: The characters that XML reads as a blank within an attribute.
 _ESCAPES = {'\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}
@@ -38,15 +41,16 @@ class Event(NamedTuple):
 
 
 class ParamChange(NamedTuple):
-    """The change of a <param>'s value.
+    """The change of a <param>'s value, or of a word of a <node>'s arguments.
 
     Attributes:
-        nth, total: which <param> of the file it was when that was loaded, and of how many.
+        nth, total: which <param> or <node> of the file it was when that was loaded, and of how many.
         name: its attribute `name`.
         said: what it said then, and what may have been saved there since.
         value: what it should say.
-        read: reads the attribute `value` as roslaunch does.
+        read: reads the attribute `value`, or the word, as roslaunch or the node does.
         what: what people call it.
+        word: which word of the arguments, from 0; None for a <param>.
     """
 
     nth: int
@@ -56,6 +60,25 @@ class ParamChange(NamedTuple):
     value: Scalar
     read: Callable[[str], object]
     what: str
+    word: Optional[int] = None
+
+    @property
+    def tag(self) -> str:
+        return 'param' if self.word is None else 'node'
+
+    @property
+    def attribute(self) -> str:
+        return 'value' if self.word is None else 'args'
+
+    def text_in(self, tag: Event) -> str:
+        """What the tag says now; '' if it does not say it."""
+        text = tag.attributes.get(self.attribute, '')
+        return text if self.word is None else ''.join(words(text)[self.word : self.word + 1])
+
+
+def words(text: str) -> List[str]:
+    """The words of the arguments of a node."""
+    return re.findall(_WORD, text)
 
 
 def events_of(file: str, content: bytes) -> List[Event]:
@@ -112,7 +135,7 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
     for change in changes:
         try:
             index = _index_of_tag(events, change, file)
-            old, place = events[index].attributes.get('value', ''), f'{file}:{events[index].line}'
+            old, place = change.text_in(events[index]), f'{file}:{events[index].line}'
             present = _read(change, old)
             if equal(present, change.value):
                 continue
@@ -125,13 +148,14 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
 
 def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> int:
     """The index of the event at which the <param> of a change begins; ValueError if it is not certain."""
-    tags = tags_in(events, 'param')
+    tags = tags_in(events, change.tag)
     found = [index for index in tags if events[index].attributes.get('name') == change.name]
     # After an edit, a different <param> with that name may be the nth, or have the value that this one had.
     if len(tags) == change.total and tags[change.nth] in found:
         return tags[change.nth]
     if len(found) != 1:
-        raise ValueError(f'it is not certain which <param name="{change.name}"> of {file} it is since that was edited')
+        which = f'<{change.tag} name="{change.name}">'
+        raise ValueError(f'it is not certain which {which} of {file} it is since that was edited')
     return found[0]
 
 
@@ -144,19 +168,26 @@ def _read(change: ParamChange, text: str) -> object:
 
 
 def _edit(file: str, content: bytes, events: List[Event], index: int, change: ParamChange) -> Edit:
-    """The edit that writes a value in the attribute `value` of a tag.
+    """The edit that writes a value in an attribute of a tag.
 
     Raises:
         ValueError: nothing reads back to exactly that value.
     """
     tag = events[index]
-    start, end = _range_of_value(content, tag)
-    quote, old = content[start - 1 : start].decode(), content[start:end]
+    start, end = _range_of_attribute(content, tag, change.attribute)
+    quote, text, first, last = content[start - 1 : start].decode(), tag.attributes[change.attribute], 0, None
+    if change.word is not None:
+        first, last = [*re.finditer(_WORD, text)][change.word].span()
+        begin, finish = [*re.finditer(_WORD.encode(), content[start:end])][change.word].span()
+        start, end = start + begin, start + finish
+    old = content[start:end]
     old.decode('utf-8')  # as whoever prints the edit does
-    for word in notations(tag.attributes['value'].strip(), change.value):
+    for word in notations(change.text_in(tag).strip(), change.value):
         if not same(_read(change, word), change.value):
             continue
-        said = [*events[:index], tag._replace(attributes={**tag.attributes, 'value': word}), *events[index + 1 :]]
+        whole = text[:first] + word + text[last:] if last is not None else word
+        attributes = {**tag.attributes, change.attribute: whole}
+        said = [*events[:index], tag._replace(attributes=attributes), *events[index + 1 :]]
         escaped = escape(word, {**_ESCAPES, quote: '&quot;' if quote == '"' else '&apos;'})
         for new in (escaped.encode('utf-8', 'surrogatepass'), escaped.encode('ascii', 'xmlcharrefreplace')):
             edit = Edit(file, digest_of(content), start, end, old, new, change.what)
@@ -165,13 +196,13 @@ def _edit(file: str, content: bytes, events: List[Event], index: int, change: Pa
     raise ValueError(f'{change.value!r} cannot be written in {file}:{tag.line} so that roslaunch reads just that')
 
 
-def _range_of_value(content: bytes, tag: Event) -> Tuple[int, int]:
-    """Find the range of the attribute `value` of a tag, without its quotes."""
-    place = tag.start + len(b'<param')
+def _range_of_attribute(content: bytes, tag: Event, name: str) -> Tuple[int, int]:
+    """Find the range of an attribute of a tag, without its quotes."""
+    place = tag.start + len('<' + tag.text)
     while True:
         match = _ATTRIBUTE.search(content, place)
         if match is None or b'>' in content[place : match.start()]:
-            raise ValueError(f'the <param> in line {tag.line} has no value')
-        if match.group(1) == b'value':
+            raise ValueError(f'the <{tag.text}> in line {tag.line} has no {name}')
+        if match.group(1) == name.encode():
             return match.start(2) + 1, match.end(2) - 1
         place = match.end()

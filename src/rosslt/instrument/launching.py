@@ -1,4 +1,4 @@
-"""Starts a launch file with its Python nodes run by `rosslt run`."""
+"""Starts a launch file with its Python nodes run by `rosslt run`, and its static transforms sent with provenance."""
 
 import functools
 import os
@@ -16,6 +16,7 @@ import rospkg
 from rosslt.files import ORIGINS
 from rosslt.instrument.parameter_origins import NotingLoader, with_earlier
 from rosslt.instrument.runner import NoNode, find_node, is_python_node
+from rosslt.instrument.static_transforms import keep_provenance
 
 MARKERS, RVIZ = 'slt_visualization', 'slt_rviz'
 
@@ -91,12 +92,13 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
             super()._load_config()
         finally:
             roslaunch.config.load_config_default = load
+        command = shutil.which('rosslt') or 'rosslt'
+        for one in filter(self._is_wanted, self.config.nodes):
+            keep_provenance(one, self.config, loader)
+            if _is_trackable(one):
+                one.launch_prefix = prefix_of(one.launch_prefix, command)
         if loader.origins:
             self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(loader.origins)), verbose=False)
-        command = shutil.which('rosslt') or 'rosslt'
-        for one in self.config.nodes:
-            if self._is_wanted(one) and _is_trackable(one):
-                one.launch_prefix = prefix_of(one.launch_prefix, command)
         if self._markers:
             self._add(MARKERS, respawn=True, respawn_delay=RESPAWN_DELAY)
         if self._rviz:

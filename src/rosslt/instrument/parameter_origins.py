@@ -1,4 +1,5 @@
-"""Records the file position of each parameter while `rosslt launch` reads launch files, for saving values later."""
+"""Records the file position of each parameter, and of the arguments of nodes, while `rosslt launch` reads launch files,
+for saving values later."""
 
 import json
 import os
@@ -7,10 +8,11 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
 from xml.dom.minidom import Element
 
 import rosgraph
+import roslaunch.core
 import roslaunch.xmlloader
 from rosgraph.names import ns_join
 
-from rosslt.files import ORIGINS, is_scalar
+from rosslt.files import ORIGINS, is_scalar, words
 
 _Step = Union[str, int]
 
@@ -26,6 +28,7 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         super().__init__()
         self.origins: Dict[str, Dict[str, Any]] = {}
         self._rosparam = 0, 0  # which <rosparam> of its file is being loaded, and of how many
+        self._arguments: Dict[int, Dict[str, Any]] = {}  # by the id of a roslaunch.core.Node: where they stand
 
     def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._param_tag(tag, context, ros_config, *args, **kwds)
@@ -46,6 +49,31 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 # written back.
                 self.origins[name]['said'] = None
         return made
+
+    def _node_tag(self, tag: Element, context: Any, *args: Any, **kwds: Any) -> Any:
+        made = super()._node_tag(tag, context, *args, **kwds)
+        if tag.tagName == 'node' and made is not None:
+            self._arguments[id(made)] = {
+                'file': os.path.realpath(context.filename),
+                'tag': _place_of(tag),
+                'name': tag.getAttribute('name'),
+                'text': tag.getAttribute('args'),
+            }
+        return made
+
+    def note_argument(self, node: roslaunch.core.Node, index: int, name: str, value: float) -> None:
+        """Note that a parameter is given by a word of the arguments of a node that was loaded.
+
+        Args:
+            node: the node, with the arguments that roslaunch has read.
+            index: of the word.
+            name: the full name of the parameter.
+            value: its value.
+        """
+        origin = self._arguments[id(node)]
+        said, read = words(origin['text']), words(node.args)
+        is_substituted = len(said) != len(read) or said[index] != read[index]
+        self._note(name, value, {**origin, 'word': index, 'is_substituted': is_substituted})
 
     def _rosparam_tag(self, tag: Element, *args: object, **kwds: object) -> Any:
         self._rosparam = _place_of(tag)

@@ -1,11 +1,28 @@
-"""The roots of tf's trees: what stands in them stays where it is when somebody drags a frame."""
+"""The frames of tf, and the roots of its trees: what stands in them stays where it is when somebody drags a frame."""
 
 import collections
 import re
 from typing import Any, Counter, Iterable
 
+import tf2_ros
+from tf2_msgs.msg import TFMessage
+
+from rosslt import node
+
 #: A frame, and the one that it hangs on, in tf's text about all frames: YAML, except for names that YAML would quote.
 _PARENT = re.compile(r"^(\S.*): *\n  parent: '(.*)'$", re.MULTILINE)
+
+
+def heard_frames() -> tf2_ros.Buffer:
+    """Make a Buffer that hears tf.
+
+    Of all subscribers of a topic in a process, the first one says how rospy reads it. Static transforms are sent once,
+    and others in this process watch where they come from: so they are read with provenance.
+    """
+    node.Subscriber('/tf_static', TFMessage)
+    buffer = tf2_ros.Buffer()
+    tf2_ros.TransformListener(buffer)
+    return buffer
 
 
 def most_common_root(buffer: Any, frames: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ import rospy
 import tf2_ros
 import viser
 
-from rosslt.markers import geometry, most_common_root
+from rosslt.markers import geometry, heard_frames, most_common_root
 
 AT_ORIGIN: geometry.PoseTuple = (0.0, 0.0, 0.0, *geometry.IDENTITY)
 
@@ -24,8 +24,7 @@ class Frames:
     def __init__(self, server: viser.ViserServer, lock: ContextManager[bool], fixed: str = '') -> None:
         self._server, self._lock = server, lock
         self._chosen = self._fixed = fixed.lstrip('/')
-        self._buffer = tf2_ros.Buffer()
-        tf2_ros.TransformListener(self._buffer)
+        self._buffer = heard_frames()
         self._branches: Dict[str, viser.FrameHandle] = {}
         self._poses: Dict[str, Optional[geometry.PoseTuple]] = {}
 

@@ -6,9 +6,8 @@ An RViz that is shown an interactive marker in a frame that nothing joins to its
 from typing import Dict, Optional, Set
 
 import rospy
-import tf2_ros
 
-from rosslt.markers.frame_roots import most_common_root
+from rosslt.markers.frame_roots import heard_frames, most_common_root
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Graph
 
@@ -31,8 +30,7 @@ class FixedFrame:
         self._scene, self._chosen = scene, chosen.lstrip('/')
         self.name = self._chosen
         self.topics: Dict[str, str] = {}
-        self.buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self.buffer)
+        self.buffer = heard_frames()
 
     def look(self, graph: Graph) -> None:
         """Take in what the scene shows; a topic that shows nothing for a while counts until it is gone."""

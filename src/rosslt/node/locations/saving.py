@@ -280,7 +280,7 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
 
 def _where(origin: Dict[str, object]) -> Dict[str, Any]:
     """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
-    return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'said')}
+    return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'word', 'said')}
 
 
 def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
@@ -314,8 +314,9 @@ def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List
                 origin['name'],
                 origin['said'],
                 place.value,
-                functools.partial(_read_param, convert_value, origin['type']),
+                float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
                 place.local_name,
+                origin.get('word'),
             )
             for place, origin in those
             if 'path' not in origin
