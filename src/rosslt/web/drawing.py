@@ -22,6 +22,9 @@ THINNEST = 0.002
 #: The proportions of shaft and head of an arrow without points, as in RViz.
 SHAFT_LENGTH, SHAFT_WIDTH = 0.77, 0.5
 
+#: The color of outlines, and the width of their lines in pixels.
+OUTLINE, OUTLINE_WIDTH = (255, 200, 0), 4.0
+
 #: Draws a marker on a branch of viser's scene.
 Draw = Callable[[viser.SceneApi, str, Marker], viser.SceneNodeHandle]
 
@@ -40,6 +43,37 @@ def draw(scene: viser.SceneApi, name: str, marker: Marker) -> List[viser.SceneNo
     x, y, z, *rotation = plain_pose(marker.pose)
     made.position, made.wxyz = (x, y, z), (rotation[3], *rotation[:3])
     return [made] if hasattr(made, 'on_drag') else []
+
+
+def outline(scene: viser.SceneApi, name: str, markers: Sequence[Marker]) -> viser.SceneNodeHandle:
+    """Draw the edges of a box around markers that are posed relative to the same thing.
+
+    Args:
+        scene, name: as in `draw`.
+        markers: at least one.
+    """
+    corners = numpy.concatenate([_corners(marker) for marker in markers])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = numpy.maximum(high - low, THINNEST)
+    box = trimesh.creation.box(size)
+    edges = box.vertices[box.face_adjacency_edges[box.face_adjacency_angles > 0.0]]
+    points = (edges + (low + high) / 2).astype(numpy.float32)
+    return scene.add_line_segments(name, points, OUTLINE, thickness=OUTLINE_WIDTH, thickness_units='screen')
+
+
+def _corners(marker: Marker) -> numpy.ndarray:
+    """The corners of a box around a marker, or of boxes around its points, in the frame that it is posed in."""
+    half = numpy.array(_scale(marker)) / 2
+    middles = _points(marker) if marker.points else numpy.zeros((1, 3))
+    if marker.type == Marker.ARROW and not marker.points:
+        middles = numpy.array([[half[0], 0.0, 0.0]])
+    if marker.type in (Marker.LINE_STRIP, Marker.LINE_LIST):
+        half = numpy.full(3, half[0])
+    signs = trimesh.creation.box((2.0, 2.0, 2.0)).vertices
+    corners = (middles[:, None] + signs * half).reshape(-1, 3)
+    x, y, z, *rotation = plain_pose(marker.pose)
+    turned = trimesh.transformations.quaternion_matrix((rotation[3], *rotation[:3]))[:3, :3]
+    return corners @ turned.T + (x, y, z)
 
 
 def _color(color: ColorRGBA) -> Tuple[int, int, int]:
