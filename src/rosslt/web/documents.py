@@ -69,7 +69,8 @@ def read(file: str, content: bytes, places: Sequence[Place]) -> Document:
             lost.setdefault(place.node, []).append(place.local_name)
     notes = [f'{name} does not answer: {why}' for name, why in silent.items()]
     for name, those in lost.items():
-        notes.append(f'the file has changed since {name} read it: not marked are {", ".join(those)}')
+        which = ', '.join(those)
+        notes.append(f'not marked are {which}: the file has changed since {name} read it, or says no number there')
     return Document(source.text, marks, notes)
 
 
