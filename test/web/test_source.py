@@ -4,10 +4,11 @@ import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from support.browser import PATIENCE
+from support.browser import PATIENCE, Server
 from support.processes import Node, wait_until
 from support.scenery import marker_node, value
 from support.shell import rosslt
+from support.unmodified import Unmodified
 
 pytestmark = pytest.mark.rostest
 
@@ -34,6 +35,11 @@ class Panel:
 
     def __init__(self, browser):
         self.browser, self.driver = browser, browser.driver
+
+    def open(self, file):
+        """Open a file by its tab."""
+        selector = f'#tabs button[data-file$="/{file}"]'
+        self.browser.wait(lambda: self.driver.find_elements('css selector', selector), f'a tab {file}')[0].click()
 
     def box(self, name):
         """The box of a number."""
@@ -72,11 +78,8 @@ def panel(lamp, page, browser):
     """The panel with the file of the lamp, as the code has it."""
     rosslt('reset', '/lamp')
     browser.open(page.url)
-    browser.wait(lambda: browser.driver.find_elements('css selector', '#tabs button'), 'a file')
-    for tab in browser.driver.find_elements('css selector', '#tabs button'):
-        if tab.text.startswith('lamp.py'):
-            tab.click()
     shown = Panel(browser)
+    shown.open('lamp.py')
     shown.shows('/lamp/east', '-2.00')
     yield shown
     browser.driver.switch_to.default_content()
@@ -199,7 +202,7 @@ def test_a_number_under_the_mouse_has_what_it_moves_outlined(panel):
 
 
 def test_what_is_selected_in_the_view_has_its_numbers_marked(panel, page, talker):
-    panel.driver.find_element('css selector', '#tabs button[data-file$="talker.py"]').click()
+    panel.open('talker.py')
     panel.box('/talker/side')
     panel.driver.switch_to.frame('view')
     panel.browser.wait_for_text('lamp.py')
@@ -233,6 +236,63 @@ def test_a_file_that_was_edited_has_the_numbers_that_are_still_there(panel, lamp
         with open(lamp.file, 'w', encoding='utf-8') as file:
             file.write(before)
     panel.shows('/lamp/unused', '7.5')
+
+
+def test_numbers_of_a_live_script_are_written_where_they_stand(panel, script):
+    panel.open('way.script')
+    names = [box.get_attribute('aria-label') for box in panel.browser.wait(lambda: boxes(panel, 3), 'its numbers')]
+    panel.browser.picture('source_script')
+    panel.type(names[0].partition(',')[0], Keys.CONTROL, 'a', Keys.NULL, '1.5', Keys.ENTER)
+    wait_until(lambda: script.read_text(encoding='utf-8').startswith('height = 1.5\n'), 'it is written', PATIENCE)
+    panel.shows(names[0].partition(',')[0], '1.5')
+
+
+#: Its file is not in UTF-8.
+POLE = """# -*- coding: latin-1 -*-
+import rospy
+from geometry_msgs.msg import Point
+rospy.init_node('pole')
+pub = rospy.Publisher('pole', Point, queue_size=1)
+while not rospy.is_shutdown():
+    grün = 'ß'; height = 1e-1
+    pub.publish(0.0, 0.0, height)
+    rospy.sleep(0.05)
+""".encode('latin-1').decode('utf-8', 'surrogateescape')
+
+
+def test_numbers_of_an_unmodified_node_follow_edits_of_its_file(panel, tmp_path):
+    with Unmodified(tmp_path, 'pole', POLE) as pole:
+        panel.open('pole.py')
+        panel.shows('/pole/height', '1e-1')
+        assert panel.line_of('/pole/height').startswith("    grün = 'ß'; height = ")
+        panel.type('/pole/height', Keys.ARROW_UP)
+        panel.shows('/pole/height', '2e-1')
+        edited = POLE.replace('import rospy\n', 'import rospy\n\n\n').replace('1e-1', '3e-1')
+        pole.file.write_text(edited, encoding='utf-8', errors='surrogateescape')
+        panel.shows('/pole/height', '3e-1')
+        panel.browser.wait(lambda: not panel.driver.find_elements('css selector', '.changed'), 'it is as in the file')
+
+
+PAIR = """
+    while not rospy.is_shutdown():
+        both = [rosslt.location(2.0, name='arm', key=side) for side in ('left', 'right')]
+        rospy.sleep(0.05)
+    """
+
+
+def test_all_numbers_that_one_literal_says_stand_beside_each_other(panel):
+    with Node('pair', PAIR):
+        panel.open('pair.py')
+        first, second = panel.browser.wait(lambda: boxes(panel, 2), 'both')
+        assert second.rect['x'] > first.rect['x']
+        assert second.rect['y'] == first.rect['y']
+        assert panel.line_of(first.get_attribute('aria-label').partition(',')[0]).count(', name=') == 1
+
+
+def boxes(panel, count):
+    """The boxes of the open file, once there are so many."""
+    found = panel.driver.find_elements('css selector', '#text input')
+    return found if len(found) == count else None
 
 
 BAD = [
@@ -314,6 +374,7 @@ def test_all_texts_can_be_read(panel, page, scheme):
     rosslt('set', '/lamp/north', '1.5')
     prefer(panel, scheme)
     panel.browser.open(page.url)
+    panel.open('lamp.py')
     try:
         panel.shows('/lamp/north', '1.5')
         panel.type('/lamp/north', 'abc', Keys.ENTER)
@@ -322,3 +383,18 @@ def test_all_texts_can_be_read(panel, page, scheme):
         assert panel.driver.execute_script(LOW_CONTRASTS) == []
     finally:
         prefer(panel, '')
+
+
+@pytest.mark.slow
+def test_the_panel_comes_back_with_its_page(panel):
+    other = Server('__name:=again')
+    try:
+        panel.browser.open(other.url)
+        panel.open('lamp.py')
+        other.stop()
+        other.start()
+        panel.browser.wait(lambda: panel.driver.find_element('id', 'text').text, 'the text')
+        rosslt('set', '/lamp/unused', '9.5')
+        panel.shows('/lamp/unused', '9.5')
+    finally:
+        other.stop()

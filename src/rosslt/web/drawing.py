@@ -1,5 +1,6 @@
 """Markers as things of the page: what viser draws for each type of visualization_msgs/Marker."""
 
+import contextlib
 import functools
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -63,17 +64,20 @@ def outline(scene: viser.SceneApi, name: str, markers: Sequence[Marker]) -> vise
 
 def _corners(marker: Marker) -> numpy.ndarray:
     """The corners of a box around a marker, or of boxes around its points, in the frame that it is posed in."""
-    half = numpy.array(_scale(marker)) / 2
-    middles = _points(marker) if marker.points else numpy.zeros((1, 3))
-    if marker.type == Marker.ARROW and not marker.points:
-        middles = numpy.array([[half[0], 0.0, 0.0]])
+    size, shape = numpy.array(_scale(marker)), trimesh.creation.box((1.0, 1.0, 1.0)).vertices
+    middles = numpy.zeros((1, 3))
+    if marker.points and marker.type in (Marker.ARROW, *_ON_POINTS):
+        middles = _points(marker)
+    elif marker.type == Marker.ARROW:
+        middles = numpy.array([[size[0] / 2, 0.0, 0.0]])
+    elif marker.type == Marker.MESH_RESOURCE:
+        with contextlib.suppress(Exception):  # then it is drawn as a box
+            shape = trimesh.bounds.corners(_loaded(str(marker.mesh_resource)).bounds)
     if marker.type in (Marker.LINE_STRIP, Marker.LINE_LIST):
-        half = numpy.full(3, half[0])
-    signs = trimesh.creation.box((2.0, 2.0, 2.0)).vertices
-    corners = (middles[:, None] + signs * half).reshape(-1, 3)
+        size = numpy.full(3, size[0])
     x, y, z, *rotation = plain_pose(marker.pose)
     turned = trimesh.transformations.quaternion_matrix((rotation[3], *rotation[:3]))[:3, :3]
-    return corners @ turned.T + (x, y, z)
+    return (middles[:, None] + shape * size).reshape(-1, 3) @ turned.T + (x, y, z)
 
 
 def _color(color: ColorRGBA) -> Tuple[int, int, int]:

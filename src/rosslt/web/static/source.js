@@ -13,7 +13,7 @@ const fields = new Map(); // by the names of their numbers
 let socket;
 let opened = ''; // a file
 let turn = 0; // what is changed within a turn is undone as one
-let wanted = null; // the number to scroll to once its file is there
+let follows = false; // whether to scroll to what is selected once its file is there
 
 function send(message) {
   if (socket.readyState === WebSocket.OPEN) {
@@ -196,8 +196,9 @@ function showFiles() {
     tab.addEventListener('click', () => open(file));
     return tab;
   }));
-  if (state.files.length && !opened) {
-    open(state.files[0].file);
+  opened ||= state.files[0]?.file ?? '';
+  if (state.document?.file !== opened && state.files.some(({file}) => file === opened)) {
+    open(opened);
   }
   showOpened();
 }
@@ -253,9 +254,10 @@ function showSelected() {
   for (const [name, field] of fields) {
     field.box.classList.toggle('selected', names.has(name));
   }
-  if (wanted !== null && fields.has(wanted)) {
-    fields.get(wanted).box.scrollIntoView({block: 'center'});
-    wanted = null;
+  if (follows && text.dataset.file === opened) {
+    follows = false;
+    const first = state.selected.find(({number}) => fields.has(number));
+    fields.get(first?.number)?.box.scrollIntoView({block: 'center'});
   }
 }
 
@@ -263,7 +265,7 @@ function showSelected() {
 function followSelected() {
   const first = state.selected[0];
   if (first && view.matches(':hover')) {
-    wanted = first.number;
+    follows = true;
     if (first.file !== opened) {
       open(first.file);
     }
@@ -299,7 +301,6 @@ function take(message) {
 function connect() {
   socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/source`);
   socket.onmessage = event => take(JSON.parse(event.data));
-  socket.onopen = () => opened && send({open: opened});
   socket.onclose = () => setTimeout(connect, RECONNECTION);
 }
 
