@@ -7,6 +7,6 @@ setup(
     **generate_distutils_setup(
         packages=find_packages('src'),
         package_dir={'': 'src'},
-        package_data={'rosslt': ['py.typed']},
+        package_data={'rosslt': ['py.typed', 'web/static/*']},
     )
 )

@@ -116,7 +116,7 @@ def load(moving: int) -> Load:
         [sys.executable, str(Path(__file__).with_name('markers.py')), 'publish', str(moving)], stdout=subprocess.DEVNULL
     )
     server = Server()
-    browser = Browser(server.url)
+    browser = Browser(server.view)
     try:
         browser.see((0.3, 0.3, 0.0))
         if moving:
@@ -346,7 +346,7 @@ def measure_latency(trials: int) -> None:
     print(heads.format('seconds until it is seen', 'by', 'least', 'median', 'longest', 'load'))
     server, rviz = Server(), subprocess.Popen(['rosrun', 'rosslt', 'slt_visualization'], stdout=subprocess.DEVNULL)
     with Node('box', BOX):
-        views = Views(server.url)
+        views = Views(server.view)
         try:
             show_latency('a drag in RViz', latency(views, drag_in_rviz, ['first browser', 'second browser'], trials))
             show_latency(

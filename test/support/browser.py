@@ -78,6 +78,7 @@ class Server:
             free.bind(('127.0.0.1', 0))
             self.port = free.getsockname()[1]
         self.url = 'http://127.0.0.1:{}/'.format(self.port)
+        self.view = self.url + '?view'  # without the source beside it
         self._arguments = arguments
         self._directory = tempfile.TemporaryDirectory(prefix='rosslt_web_')
         self._log = Path(self._directory.name) / 'log'

@@ -67,7 +67,7 @@ def page(master):
 @pytest.fixture(scope='package')
 def browser(page):
     """A browser that looks at the page."""
-    opened = Browser(page.url)
+    opened = Browser(page.view)
     yield opened
     opened.close()
 

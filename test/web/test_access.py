@@ -23,20 +23,21 @@ def locked(master, tmp_path_factory):
     started.stop()
 
 
-def answer(server, **headers):
+def answer(server, path='/', **headers):
     """The status and the headers of the answer to a request."""
     connection = http.client.HTTPConnection('127.0.0.1', server.port, timeout=30)
-    connection.request('GET', '/', headers={name.replace('_', '-'): value for name, value in headers.items()})
+    connection.request('GET', path, headers={name.replace('_', '-'): value for name, value in headers.items()})
     response = connection.getresponse()
     found = response.status, dict(response.getheaders())
     connection.close()
     return found
 
 
-def handshake(server, **headers):
+def handshake(server, path='/', **headers):
     """The status of a request for the connection that changes are sent by."""
     return answer(
         server,
+        path,
         Connection='Upgrade',
         Upgrade='websocket',
         Sec_WebSocket_Version='13',
@@ -64,6 +65,30 @@ def test_another_site_in_the_same_browser_does_not(page):
 @pytest.mark.parametrize('headers', [{'Host': '['}, {'Origin': 'http://['}, {'Host': '[x]'}])
 def test_what_is_no_address_is_refused(page, headers):
     assert answer(page, **headers)[0] == 400
+
+
+@pytest.mark.parametrize('path', ['/', '/?view', '/source.js', '/source.css'])
+def test_all_files_are_checked_alike(page, locked, path):
+    assert answer(page, path)[0] == 200
+    assert answer(page, path, Origin='https://evil.example')[0] == 403
+    assert answer(page, path, Host='evil.example')[0] == 403
+    assert answer(locked, path)[0] == 401
+    assert answer(locked, path, Authorization=basic(SECRET))[0] == 200
+
+
+def test_the_connection_of_the_source_is_checked_alike(page, locked):
+    assert handshake(page, '/source') == 101
+    assert handshake(page, '/source', Origin='https://evil.example') == 403
+    assert handshake(page, '/source', Host='evil.example') == 403
+    assert handshake(locked, '/source') == 401
+    assert handshake(locked, '/source', Authorization=basic(SECRET)) == 101
+
+
+def test_the_page_takes_nothing_from_elsewhere(page):
+    policy = answer(page)[1]['Content-Security-Policy']
+    assert "default-src 'none'" in policy
+    assert "script-src 'self'" in policy
+    assert "frame-ancestors 'self'" in policy
 
 
 def test_a_tunnel_may_have_another_port(page):

@@ -36,7 +36,7 @@ def test_a_browser_that_comes_back_sees_the_present(page, browser):
         see_post(browser)
         browser.open('about:blank')
         rosslt('set', '/post/place', '1.25')
-        browser.open(page.url)
+        browser.open(page.view)
         browser.wait_for_text('post.py')
         browser.wait(lambda: float(browser.value('place')) == 1.25, 'the field has the present value')
         browser.see(ELSEWHERE)
@@ -47,7 +47,7 @@ def test_a_browser_connects_again_to_a_page_that_was_away(master, page, browser)
     other = Server('__name:=again')
     try:
         with Node('post', POST):
-            browser.open(other.url)
+            browser.open(other.view)
             see_post(browser)
             other.stop()
             rosslt('set', '/post/place', '1.25')
@@ -62,5 +62,5 @@ def test_a_browser_connects_again_to_a_page_that_was_away(master, page, browser)
                 'it can be dragged',
             )
     finally:
-        browser.open(page.url)
+        browser.open(page.view)
         other.stop()

@@ -82,7 +82,7 @@ def test_a_ring_turns_a_thing(first):
 
 @pytest.mark.slow
 def test_of_two_browsers_the_first_hand_holds_a_thing_and_the_other_one_follows(first, page):
-    second = Browser(page.url)
+    second = Browser(page.view)
     try:
         second.wait_for_text('box.py')
         first.see(box_at())

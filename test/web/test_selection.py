@@ -135,12 +135,12 @@ def test_what_no_change_moves_says_why_and_lets_a_drag_turn_the_view(view, page)
         view.wait_until_gone(OTHERS[1])
         view.picture('turned_view')
         view.release()
-        view.open(page.url)
+        view.open(page.view)
         view.wait_for_text('boxes.py')
         view.click_at(FIXED, 'takes no change')
         view.picture('why_fixed')
     finally:
-        view.open(page.url)
+        view.open(page.view)
 
 
 def test_a_checkbox_shows_all_handles(view):
@@ -184,4 +184,4 @@ def test_handles_have_the_same_size_from_near_by(view, page):
         view.picture('near_by')
         assert 0.85 * before < red(view) < 1.15 * before
     finally:
-        view.open(page.url)
+        view.open(page.view)

@@ -62,7 +62,7 @@ def test_the_line_of_a_path_and_the_axes_of_a_pose_are_drawn(master, browser):
 @pytest.mark.slow
 def test_a_second_browser_sees_it(script, browser, page):
     see(browser, script)
-    second = Browser(page.url)
+    second = Browser(page.view)
     try:
         see(second, script)
         before = second.value('line 2:6')

@@ -16,7 +16,7 @@ import ipaddress
 import secrets
 import socket
 from http.cookies import CookieError, SimpleCookie
-from typing import Any, Iterator, Optional
+from typing import Any, Iterator, Optional, Protocol
 from urllib.parse import urlsplit
 
 import websockets.asyncio.server
@@ -91,14 +91,28 @@ class AccessCheck:
         return found is not None and hmac.compare_digest(found.value.encode(), self._token.encode())
 
 
+class Site(Protocol):
+    """What the server has besides viser's page."""
+
+    def response(self, target: str) -> Optional[Response]:
+        """The answer to a request for a path, with its query, as `/?view`; None if viser has to answer."""
+
+    def talks_at(self, target: str) -> bool:
+        """Return whether `talk` serves the connections that are opened at a path."""
+
+    async def talk(self, connection: Any) -> None:
+        """Serve a connection until it ends."""
+
+
 @contextlib.contextmanager
-def guarded(access: AccessCheck) -> Iterator[None]:
-    """Have the server that viser starts in this context check every request.
+def guarded(access: AccessCheck, site: Site) -> Iterator[None]:
+    """Have the server that viser starts in this context check every request, and serve a site of ours besides.
 
     viser 1.1 has no way to say it: its call of `websockets.asyncio.server.serve` is given one more step.
 
     Args:
         access: the check.
+        site: what is there besides viser's page.
 
     Raises:
         NotServed: viser has started no server in that way; then nothing may be served.
@@ -106,20 +120,25 @@ def guarded(access: AccessCheck) -> Iterator[None]:
     serve = websockets.asyncio.server.serve
     started = []
 
-    def guarded_serve(*arguments: object, process_request: Any, **options: object) -> Any:
+    def guarded_serve(handler: Any, *arguments: object, process_request: Any, **options: object) -> Any:
         async def checked(connection: Any, request: Any) -> Any:
             refused = access.refusal(request.headers)
             if refused is not None:
                 if 'Authorization' in request.headers:
                     await asyncio.sleep(WRONG_PASSWORD_DELAY)
                 return refused
-            response = process_request(connection, request)
+            is_connection = request.headers.get('Upgrade', '').lower() == 'websocket'
+            response = None if is_connection else site.response(request.path)
+            response = response or process_request(connection, request)
             if response is not None and access.has_password(request.headers):
                 response.headers['Set-Cookie'] = access.cookie()
             return response
 
+        async def connected(connection: Any) -> None:
+            await (site.talk if site.talks_at(connection.request.path) else handler)(connection)
+
         started.append(True)
-        return serve(*arguments, process_request=checked, **options)
+        return serve(connected, *arguments, process_request=checked, **options)
 
     websockets.asyncio.server.serve = guarded_serve
     try:

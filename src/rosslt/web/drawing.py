@@ -1,5 +1,6 @@
 """Markers as things of the page: what viser draws for each type of visualization_msgs/Marker."""
 
+import contextlib
 import functools
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -22,6 +23,9 @@ THINNEST = 0.002
 #: The proportions of shaft and head of an arrow without points, as in RViz.
 SHAFT_LENGTH, SHAFT_WIDTH = 0.77, 0.5
 
+#: The color of outlines, and the width of their lines in pixels.
+OUTLINE, OUTLINE_WIDTH = (255, 200, 0), 4.0
+
 #: Draws a marker on a branch of viser's scene.
 Draw = Callable[[viser.SceneApi, str, Marker], viser.SceneNodeHandle]
 
@@ -40,6 +44,40 @@ def draw(scene: viser.SceneApi, name: str, marker: Marker) -> List[viser.SceneNo
     x, y, z, *rotation = plain_pose(marker.pose)
     made.position, made.wxyz = (x, y, z), (rotation[3], *rotation[:3])
     return [made] if hasattr(made, 'on_drag') else []
+
+
+def outline(scene: viser.SceneApi, name: str, markers: Sequence[Marker]) -> viser.SceneNodeHandle:
+    """Draw the edges of a box around markers that are posed relative to the same thing.
+
+    Args:
+        scene, name: as in `draw`.
+        markers: at least one.
+    """
+    corners = numpy.concatenate([_corners(marker) for marker in markers])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = numpy.maximum(high - low, THINNEST)
+    box = trimesh.creation.box(size)
+    edges = box.vertices[box.face_adjacency_edges[box.face_adjacency_angles > 0.0]]
+    points = (edges + (low + high) / 2).astype(numpy.float32)
+    return scene.add_line_segments(name, points, OUTLINE, thickness=OUTLINE_WIDTH, thickness_units='screen')
+
+
+def _corners(marker: Marker) -> numpy.ndarray:
+    """The corners of a box around a marker, or of boxes around its points, in the frame that it is posed in."""
+    size, shape = numpy.array(_scale(marker)), trimesh.creation.box((1.0, 1.0, 1.0)).vertices
+    middles = numpy.zeros((1, 3))
+    if marker.points and marker.type in (Marker.ARROW, *_ON_POINTS):
+        middles = _points(marker)
+    elif marker.type == Marker.ARROW:
+        middles = numpy.array([[size[0] / 2, 0.0, 0.0]])
+    elif marker.type == Marker.MESH_RESOURCE:
+        with contextlib.suppress(Exception):  # then it is drawn as a box
+            shape = trimesh.bounds.corners(_loaded(str(marker.mesh_resource)).bounds)
+    if marker.type in (Marker.LINE_STRIP, Marker.LINE_LIST):
+        size = numpy.full(3, size[0])
+    x, y, z, *rotation = plain_pose(marker.pose)
+    turned = trimesh.transformations.quaternion_matrix((rotation[3], *rotation[:3]))[:3, :3]
+    return (middles[:, None] + shape * size).reshape(-1, 3) @ turned.T + (x, y, z)
 
 
 def _color(color: ColorRGBA) -> Tuple[int, int, int]:

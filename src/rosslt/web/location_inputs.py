@@ -11,16 +11,16 @@ import json
 import math
 import os
 import time
-from typing import Any, Callable, ContextManager, Dict, List, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, Mapping, Optional, Tuple
 
 import rospy
 import viser
 
 from rosslt import files
 from rosslt.markers import contained
-from rosslt.node import Place, why_whole
+from rosslt.node import Place
 from rosslt.web.drawing import MANY
-from rosslt.web.locations import PAUSE, Key, Locations, Wish
+from rosslt.web.locations import PAUSE, Key, Locations, Wish, number_in
 
 #: A slider has about so many steps.
 STEPS = 1000
@@ -147,7 +147,7 @@ class Numbers:
     def _widget(self, place: Place, order: float) -> Any:
         gui, value = self._server.gui, _shown(place)
         fault = place.location.fault
-        options = {'disabled': bool(place.read_only or fault), 'hint': hint(place, _origins()), 'order': order}
+        options = {'disabled': bool(place.read_only or fault), 'hint': hint(place, origins()), 'order': order}
         if place.location.type == 'bool' and not fault:
             return gui.add_checkbox(_label(place), value, **options)
         if not _has_slider(place):
@@ -171,12 +171,9 @@ class Numbers:
 
     def _take_typed(self, field: Field, client: viser.ClientHandle, text: str) -> None:
         field.typed, field.touched = None, time.monotonic()
-        value = text if field.kind[0] == 'str' else _number(text)
-        why = why_whole(field.place) if isinstance(value, float) and not value.is_integer() else ''
-        if value is None:
-            self._refuse(field, client, f'{text!r} is not a number')
-        elif why:
-            self._refuse(field, client, f'{text!r} is not an int: {why}')
+        value, why = (text, '') if field.kind[0] == 'str' else number_in(field.place, text)
+        if why:
+            self._refuse(field, client, why)
         else:
             self._wish(field, client, value)
 
@@ -233,15 +230,6 @@ def _shown(place: Place) -> Any:
     return str(place.value)
 
 
-def _number(text: str) -> Union[int, float, None]:
-    """The finite number that a text says, or None."""
-    with contextlib.suppress(ValueError):
-        return int(text)
-    with contextlib.suppress(ValueError):
-        return float(text) if math.isfinite(float(text)) else None
-    return None
-
-
 def _step(number: Any, length: float) -> Any:
     """The step of a field: a power of ten that divides a length into about STEPS."""
     if number is int or not math.isfinite(length) or length <= 0.0:
@@ -249,7 +237,8 @@ def _step(number: Any, length: float) -> Any:
     return 10.0 ** math.floor(math.log10(length / STEPS))
 
 
-def _origins() -> Any:
+def origins() -> Any:
+    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
     with contextlib.suppress(ValueError, TypeError):  # what is there is not what `rosslt launch` writes
         return dict(json.loads(rospy.get_param_cached(files.ORIGINS, '{}')))
     return {}

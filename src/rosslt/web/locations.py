@@ -1,8 +1,10 @@
 """The locations of all tracked nodes, as their owners report them, kept up to date; and changes of them."""
 
+import contextlib
+import math
 import time
 from concurrent import futures
-from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Set, Tuple
+from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Set, Tuple, Union
 
 import rospy
 
@@ -31,12 +33,16 @@ class Wish(NamedTuple):
         hand: whose wish it is.
         refused: called with the reason if it is refused.
         told: called with what the node's memory still has of the former value, once the hand has paused.
+        taken: called when the value is in force.
+        is_one: whether all changes of a location by this hand are undone as one, however long it pauses.
     """
 
     value: Any
     hand: str
     refused: Callable[[str], None]
     told: Callable[[str], None]
+    taken: Callable[[], None] = lambda: None
+    is_one: bool = False
 
 
 class Locations:
@@ -113,7 +119,7 @@ class Locations:
         with contained('a location cannot be changed'):
             with self._lock:
                 wish = self._wishes.pop(key)
-                request = self._request(key, wish.hand)
+                request = self._request(key, wish)
             source = values.Source(*key)
             try:
                 changed = request.step({source: wish.value})
@@ -121,6 +127,7 @@ class Locations:
                 wish.refused(refusal(error))
             else:
                 self._take(key, node.to_json(changed[source].new))
+                wish.taken()
                 with self._lock:
                     place = self._places.get(key[0], {}).get(key[1])
                     if place is not None and not place.location.at_next_start:  # of which the field says that
@@ -135,10 +142,28 @@ class Locations:
             if outdated:
                 wish.told(outdated)
 
-    def _request(self, key: Key, hand: str) -> node.ChangeRequest:
+    def _request(self, key: Key, wish: Wish) -> node.ChangeRequest:
         """The request for a change of a location: the last request if the hand goes on moving the same location."""
-        last_hand, request = self._changes.get(key, ('', None))
-        if request is None or last_hand != hand or time.monotonic() - request.requested > PAUSE:
+        last_hand, request = self._changes.get(key, ('', node.ChangeRequest(TIMEOUT)))
+        if last_hand != wish.hand or not (wish.is_one or time.monotonic() - request.requested <= PAUSE):
             request = node.ChangeRequest(TIMEOUT)
-        self._changes[key] = hand, request
+        self._changes[key] = wish.hand, request
         return request
+
+
+def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:
+    """The number that a text says for a location: (number, ''), or (None, why it is none that the location takes)."""
+    value = _number(text)
+    if value is None:
+        return None, f'{text!r} is not a number'
+    why = node.why_whole(place) if isinstance(value, float) and not value.is_integer() else ''
+    return (None, f'{text!r} is not an int: {why}') if why else (value, '')
+
+
+def _number(text: str) -> Union[int, float, None]:
+    """The finite number that a text says, or None."""
+    with contextlib.suppress(ValueError):
+        return int(text)
+    with contextlib.suppress(ValueError):
+        return float(text) if math.isfinite(float(text)) else None
+    return None

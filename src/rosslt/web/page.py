@@ -31,6 +31,7 @@ from rosslt.web.location_inputs import Numbers
 from rosslt.web.locations import Locations
 from rosslt.web.notices import Notices
 from rosslt.web.plots import Plots
+from rosslt.web.source_panel import SourcePanel
 from rosslt.web.things import Things
 
 NODE = 'slt_web'
@@ -66,7 +67,10 @@ class Page:
     """
 
     def __init__(self, host: str, port: int, password: Optional[str] = None, fixed_frame: str = '') -> None:
-        with guarded(AccessCheck(host, password)):
+        self._lock = lock = threading.RLock()
+        self._locations = Locations(lock)
+        self._source = SourcePanel(lock, self._locations)
+        with guarded(AccessCheck(host, password), self._source):
             self._server = server = Server(host=host, port=port, label='rosslt', verbose=False)
         if server.get_port() != port:  # viser takes the next one
             server.stop()
@@ -80,9 +84,8 @@ class Page:
         others = OtherViews(scene, lambda hand: 'the page')
         drags = Drags(scene, Rules(), descriptions.name, node.NodeErrors().raised_since, others)
         offers = Offers(scene, drags, descriptions)
-        self._lock = lock = threading.RLock()
         self._frames = Frames(server, lock, fixed_frame)
-        self._notices, self._locations, flows = Notices(server, lock), Locations(lock), Flows(server, lock)
+        self._notices, flows = Notices(server, lock), Flows(server, lock)
         everything = server.gui.add_button('Data flow')
         everything.on_click(lambda event: flows.open(event.client, 'Data flow', lambda: None))
         self._plots = Plots(server, flows, descriptions)
@@ -90,7 +93,8 @@ class Page:
         self._things.picked = Details(offers, self._things, flows, self._plots).show
         buttons = Buttons(server, self._locations, flows, self._notices.tell)
         self._numbers = Numbers(server, lock, self._locations, buttons.add, self._notices.tell)
-        Watch(scene, also=(lambda _: self._frames.find_root(), flows.update, self._locations.update))
+        looks = (lambda _: self._frames.find_root(), flows.update, self._locations.update, self._source.look)
+        Watch(scene, also=looks)
 
     def show(self) -> None:
         """Keep the page up to date until this node is shut down."""
@@ -105,12 +109,14 @@ class Page:
     def _update(self, count: int) -> None:
         self._scene.expire()
         self._things.keep_held()
+        self._things.marked = self._source.hovered()
         with self._server.atomic():  # things that moved together are sent, and shown, together
             self._frames.update()
             self._things.follow()
         self._server.flush()  # viser would wait for more
         if count % EVERY == 0:
             self._numbers.update()
+            self._source.selected = self._things.selected_sources()
             self._plots.update()
 
     def _say(self, handle: Handle, text: str, to: Optional[viser.ClientHandle] = None) -> None:

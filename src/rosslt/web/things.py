@@ -4,11 +4,12 @@ Everybody who looks sees the same things. A thing that a hand holds is where thi
 """
 
 import asyncio
-from typing import Any, Callable, ContextManager, Dict, List, Optional, Union
+from typing import Any, Callable, ContextManager, Dict, List, Optional, Set, Union
 from urllib.parse import quote
 
 import viser
 
+from rosslt import values
 from rosslt.markers import HELD, Follower, Handle, Motions, Offers, mouse
 from rosslt.markers.geometry import IDENTITY, PoseTuple, Rotation
 from rosslt.web import drawing
@@ -38,6 +39,7 @@ class Thing:
         hand: the client that holds it, or None.
         start: where it was when this hand took hold of it.
         grabbed: the point of the body that it took hold of.
+        outline: the frame around it, if it is marked.
     """
 
     def __init__(self, handle: Handle, motions: Motions, body: viser.FrameHandle) -> None:
@@ -47,6 +49,7 @@ class Thing:
         self.shown = self.start = handle.pose
         self.hand: Optional[int] = None
         self.grabbed: mouse.Vector = (0.0, 0.0, 0.0)
+        self.outline: Optional[viser.SceneNodeHandle] = None
 
     def put(self, pose: PoseTuple, held: Optional[viser.TransformControlsHandle] = None) -> None:
         """Draw it at a pose.
@@ -85,6 +88,7 @@ class Things(Follower):
 
     Attributes:
         lock: of the page.
+        marked: the sources of which all things have an outline that come from them.
         picked: called with (client, handle) when somebody clicks on a thing that shows its handles.
     """
 
@@ -102,6 +106,7 @@ class Things(Follower):
         self._server, self._frames, self._tell, self._drags = server, frames, tell, offers.drags
         self._clicks = clicks
         self._things: Dict[str, Thing] = {}
+        self.marked: Set[values.Source] = set()
         self.picked: Callable[[viser.ClientHandle, Handle], None] = lambda client, handle: None
 
     def say(self, handle: Handle, text: str) -> None:
@@ -124,7 +129,27 @@ class Things(Follower):
     def follow(self) -> bool:
         """Show what differs; returns whether anything did."""
         self._clicks.update()
-        return super().follow()
+        has_changed = super().follow()
+        for thing in self._things.values():
+            self._mark(thing)
+        return has_changed
+
+    def selected_sources(self) -> List[values.Source]:
+        """The sources of the things that are selected, first those that are their own."""
+        selected = [
+            thing.handle.tracked for thing in self._things.values() if thing.handle.thing in self.selection.things
+        ]
+        return self._descriptions.own_first(values.sources(selected))
+
+    def _mark(self, thing: Thing) -> None:
+        """Draw the outline of a thing, or take it away."""
+        is_marked = bool(self.marked) and not self.marked.isdisjoint(values.sources(thing.handle.tracked))
+        shapes = list(thing.handle.shapes()) if is_marked and thing.outline is None else []
+        if shapes:
+            thing.outline = drawing.outline(self._server.scene, thing.body.name + '/outline', shapes)
+        elif not is_marked and thing.outline is not None:
+            thing.outline.remove()
+            thing.outline = None
 
     def _add_controls(self, thing: Thing) -> None:
         motions, name = thing.motions, thing.body.name

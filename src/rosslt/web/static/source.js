@@ -1,0 +1,332 @@
+// The source beside the view: shows what the page tells on /source, and sends what a person does.
+// All texts of others are put on the page as texts.
+
+const [view, divider, panel, tabs, notes, text, said] =
+  ['view', 'divider', 'source', 'tabs', 'notes', 'text', 'said'].map(id => document.getElementById(id));
+
+const WISH_PERIOD = 50; // ms between two wishes of a hand
+const STEP_WIDTH = 4; // pixels of a drag for one step of the last digit
+const RECONNECTION = 1000; // ms until the page is asked for again
+
+const state = {files: [], document: null, selected: []};
+const fields = new Map(); // by the names of their numbers
+let socket;
+let opened = ''; // a file
+let turn = 0; // what is changed within a turn is undone as one
+let follows = false; // whether to scroll to what is selected once its file is there
+
+function send(message) {
+  if (socket.readyState === WebSocket.OPEN) {
+    socket.send(JSON.stringify(message));
+  }
+}
+
+function make(kind, properties, ...children) {
+  const made = Object.assign(document.createElement(kind), properties);
+  made.append(...children);
+  return made;
+}
+
+// The text of a number that is a number of steps of its last digit away; null if the text is no decimal number.
+function stepped(shown, steps) {
+  const match = /^([-+]?)(\d*)\.?(\d*)([eE][-+]?\d+)?$/.exec(shown.replace(/[_ ]/g, ''));
+  if (!match || !(match[2] + match[3])) {
+    return null;
+  }
+  const [, sign, whole, fraction, exponent = ''] = match;
+  const digits = BigInt(whole + fraction) * (sign === '-' ? -1n : 1n) + BigInt(steps);
+  const written = String(digits < 0n ? -digits : digits).padStart(fraction.length + 1, '0');
+  const point = written.length - fraction.length;
+  const decimals = shown.includes('.') ? '.' + written.slice(point) : '';
+  return (digits < 0n ? '-' : '') + written.slice(0, point) + decimals + exponent;
+}
+
+// A number in the text.
+class Field {
+  constructor(number) {
+    this.number = number;
+    this.isTyped = false; // something was typed that is not taken yet
+    this.drag = null; // {x, text, hasMoved} of a drag over it
+    this.waits = null; // the text of the last wish, until it is decided
+    this.due = null; // the timer of the next wish
+    this.box = make('input', {type: 'text', autocomplete: 'off', spellcheck: false, inputMode: 'decimal'});
+    this.box.setAttribute('role', 'spinbutton');
+    this.box.setAttribute('aria-label', `${number.name}, line ${number.line}`);
+    this.literal = make('s', {hidden: true, textContent: number.token});
+    this.show({text: number.token, value: number.token, minimum: '', maximum: '', fixed: '', hint: ''});
+    const on = (kind, handle) => this.box.addEventListener(kind, handle.bind(this));
+    on('pointerdown', this.takeHold);
+    on('mousedown', event => this.drag && event.preventDefault()); // no text is selected meanwhile
+    on('pointermove', this.pull);
+    on('pointerup', this.letGo);
+    on('pointercancel', this.letGo);
+    on('pointerenter', () => send({hover: number.number}));
+    on('pointerleave', () => send({hover: document.activeElement?.dataset.number ?? null}));
+    on('focus', this.enter);
+    on('blur', this.leave);
+    on('input', this.type);
+    on('keydown', this.press);
+    this.box.dataset.number = number.number;
+  }
+
+  // Show what is in force; what a hand has typed or dragged stays until it is decided.
+  show(known) {
+    this.known = known;
+    this.box.readOnly = known.fixed !== '';
+    this.box.title = [this.number.name, known.fixed, known.hint].filter(Boolean).join('\n');
+    const bounds = {'aria-valuenow': known.value, 'aria-valuemin': known.minimum, 'aria-valuemax': known.maximum};
+    for (const [name, bound] of Object.entries(bounds)) {
+      bound === '' ? this.box.removeAttribute(name) : this.box.setAttribute(name, bound);
+    }
+    this.literal.hidden = known.text === this.number.token;
+    this.box.classList.toggle('changed', !this.literal.hidden);
+    if (!this.isTyped && this.drag === null && this.waits === null) {
+      this.write(known.text);
+    }
+  }
+
+  write(shown) {
+    this.box.value = shown;
+    this.box.style.width = `${Math.max(shown.length, 1)}ch`;
+  }
+
+  wish() {
+    clearTimeout(this.due);
+    this.due = null;
+    this.waits = this.box.value;
+    said.textContent = '';
+    send({wish: {number: this.number.number, text: this.waits, turn}});
+  }
+
+  decided(shown) {
+    if (this.waits === shown) {
+      this.waits = null;
+      this.show(this.known);
+    }
+  }
+
+  // Move it by steps of its last digit, within its bounds.
+  step(from, steps) {
+    const moved = stepped(from, steps) ?? stepped(this.known.value, steps);
+    if (moved === null || this.box.readOnly) {
+      return;
+    }
+    const {minimum, maximum} = this.known;
+    const isBelow = minimum !== '' && Number(moved) < Number(minimum);
+    const isAbove = maximum !== '' && Number(moved) > Number(maximum);
+    this.write(isBelow ? minimum : isAbove ? maximum : moved);
+    this.waits = this.box.value;
+    this.due ??= setTimeout(() => this.wish(), WISH_PERIOD);
+  }
+
+  takeHold(event) {
+    if (event.button === 0 && document.activeElement !== this.box) {
+      this.drag = {x: event.clientX, text: this.box.value, hasMoved: false};
+      this.box.setPointerCapture(event.pointerId);
+      turn += 1;
+    }
+  }
+
+  pull(event) {
+    const steps = this.drag && Math.trunc((event.clientX - this.drag.x) / STEP_WIDTH);
+    if (steps || this.drag?.hasMoved) {
+      this.drag.hasMoved = true;
+      this.step(this.drag.text, steps);
+    }
+  }
+
+  letGo() {
+    const drag = this.drag;
+    this.drag = null;
+    if (drag?.hasMoved && this.waits !== null) {
+      this.wish();
+    } else if (drag && !drag.hasMoved) {
+      this.box.focus();
+      this.box.select();
+    }
+  }
+
+  enter() {
+    turn += 1;
+    send({hover: this.number.number});
+  }
+
+  leave() {
+    this.take();
+    send({hover: null});
+  }
+
+  type() {
+    this.isTyped = !this.box.readOnly;
+    this.write(this.box.value);
+  }
+
+  // Take what was typed.
+  take() {
+    if (this.isTyped) {
+      this.isTyped = false;
+      turn += 1;
+      this.wish();
+    }
+  }
+
+  press(event) {
+    const steps = {ArrowUp: 1, ArrowDown: -1}[event.key];
+    if (steps) {
+      event.preventDefault();
+      this.isTyped = false;
+      this.step(this.box.value, steps);
+    } else if (event.key === 'Enter') {
+      this.take();
+    } else if (event.key === 'Escape') {
+      this.isTyped = false;
+      this.show(this.known);
+      this.box.blur();
+    }
+  }
+}
+
+function showFiles() {
+  const names = state.files.map(({file}) => file.split('/').pop());
+  tabs.replaceChildren(...state.files.map(({file, nodes}, index) => {
+    const tab = make('button', {type: 'button', title: file}, names[index], make('small', {}, nodes.join(' ')));
+    tab.setAttribute('role', 'tab');
+    tab.setAttribute('aria-controls', 'text');
+    tab.dataset.file = file;
+    tab.addEventListener('click', () => open(file));
+    return tab;
+  }));
+  opened ||= state.files[0]?.file ?? '';
+  if (state.document?.file !== opened && state.files.some(({file}) => file === opened)) {
+    open(opened);
+  }
+  showOpened();
+}
+
+function open(file) {
+  opened = file;
+  send({open: file});
+  showOpened();
+}
+
+function showOpened() {
+  for (const tab of tabs.children) {
+    tab.setAttribute('aria-selected', tab.dataset.file === opened);
+  }
+  text.setAttribute('aria-label', opened.split('/').pop() || 'Source');
+}
+
+// The pieces of a line: text, and the fields of the numbers in it.
+function pieces(line, numbers) {
+  const characters = Array.from(line);
+  const made = [];
+  let done = 0;
+  for (const number of numbers.sort((one, other) => one.column - other.column)) {
+    const field = new Field(number);
+    fields.set(number.number, field);
+    made.push(characters.slice(done, number.column - 1).join(''), field.box, field.literal);
+    done = number.column - 1 + Array.from(number.token).length;
+  }
+  return [...made, characters.slice(done).join('')];
+}
+
+function showDocument() {
+  const known = state.document;
+  const place = known?.file === text.dataset.file ? text.scrollTop : 0;
+  const byLine = new Map();
+  for (const number of known?.numbers ?? []) {
+    byLine.set(number.line, [...byLine.get(number.line) ?? [], number]);
+  }
+  fields.clear();
+  text.replaceChildren(...(known?.text ?? '').split(/\r\n|\r|\n/).map((line, index) => {
+    const made = make('div', {className: 'line'}, ...pieces(line, byLine.get(index + 1) ?? []));
+    made.dataset.line = index + 1;
+    return made;
+  }));
+  notes.replaceChildren(...(known?.notes ?? []).map(note => make('li', {}, note)));
+  text.dataset.file = known?.file ?? '';
+  text.scrollTop = place;
+  showSelected();
+}
+
+function showSelected() {
+  const names = new Set(state.selected.map(({number}) => number));
+  for (const [name, field] of fields) {
+    field.box.classList.toggle('selected', names.has(name));
+  }
+  if (follows && text.dataset.file === opened) {
+    follows = false;
+    const first = state.selected.find(({number}) => fields.has(number));
+    fields.get(first?.number)?.box.scrollIntoView({block: 'center'});
+  }
+}
+
+// Open the file of what was selected, if this is the person who did it: the mouse is over the view.
+function followSelected() {
+  const first = state.selected[0];
+  if (first && view.matches(':hover')) {
+    follows = true;
+    if (first.file !== opened) {
+      open(first.file);
+    }
+  }
+  showSelected();
+}
+
+function take(message) {
+  const {files, document: shown, selected, values = {}, decided, said: words, refused} = message;
+  if (shown !== undefined) {
+    state.document = shown;
+    showDocument();
+  }
+  if (files !== undefined) {
+    state.files = files;
+    showFiles();
+  }
+  if (selected !== undefined) {
+    state.selected = selected;
+    followSelected();
+  }
+  for (const [name, known] of Object.entries(values)) {
+    fields.get(name)?.show(known);
+  }
+  if (decided !== undefined) {
+    fields.get(decided.number)?.decided(decided.text);
+  }
+  if (words ?? refused) {
+    said.textContent = words ?? refused;
+  }
+}
+
+function connect() {
+  socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/source`);
+  socket.onmessage = event => take(JSON.parse(event.data));
+  socket.onclose = () => setTimeout(connect, RECONNECTION);
+}
+
+// Make the source wider (or, below the view, higher) or narrower: a part of the window.
+function resize(part) {
+  const percent = Math.round(Math.min(Math.max(part, 0.1), 0.9) * 100);
+  document.documentElement.style.setProperty('--panel', `${percent}%`);
+  divider.setAttribute('aria-valuenow', percent);
+}
+
+const isNarrow = matchMedia('(max-width: 799px)');
+divider.addEventListener('pointerdown', event => divider.setPointerCapture(event.pointerId));
+divider.addEventListener('pointermove', event => {
+  if (divider.hasPointerCapture(event.pointerId)) {
+    resize(isNarrow.matches ? 1 - event.clientY / innerHeight : 1 - event.clientX / innerWidth);
+  }
+});
+divider.addEventListener('keydown', event => {
+  const steps = {ArrowLeft: 5, ArrowUp: 5, ArrowRight: -5, ArrowDown: -5}[event.key];
+  if (steps) {
+    event.preventDefault();
+    resize((Number(divider.getAttribute('aria-valuenow')) + steps) / 100);
+  }
+});
+resize(0.38);
+
+const isDark = matchMedia('(prefers-color-scheme: dark)').matches;
+view.src = ['/?view', location.search.slice(1), isDark && 'darkMode'].filter(Boolean).join('&');
+connect();
