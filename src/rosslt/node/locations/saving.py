@@ -317,6 +317,7 @@ def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List
                 float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
                 place.local_name,
                 origin.get('word'),
+                origin['text'],
             )
             for place, origin in those
             if 'path' not in origin
