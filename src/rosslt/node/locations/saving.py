@@ -178,7 +178,7 @@ def _in_parameter_files(
         origin, values = origins.get(place.location.name), past.get(place.location.id, [])
         if not values and not _was_changed_earlier(place, origin):
             continue
-        if values and files.equal(place.value, values[0]):
+        if values and files.equal(place.value, values[0]) and not (origin or {}).get('offered'):
             changed_back.add(place.local_name)
         reason = why_not_written(place, origin) or _said_for_another(place, origins, master)
         if reason:
