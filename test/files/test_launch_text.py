@@ -125,3 +125,31 @@ def test_a_value_of_another_kind_is_left(text, kind, value):
 def test_in_a_file_of_another_encoding_other_characters_are_written_as_references():
     head = '<?xml version="1.0" encoding="iso-8859-1"?>'
     assert with_word('value="map"', '', 'ä☃', 'auto', head) == '&#228;&#9731;'
+
+
+EDITED = 'it is not certain which <node name="c"> of a.launch it is since that was edited'
+
+
+@pytest.mark.parametrize(
+    ('args', 'word', 'after', 'why'),
+    [
+        ('1.50 0 0 0 0 0 base camera', 0, '4.50 0 0 0 0 0 base camera', ''),
+        ('1.50 0 0.25 0 0 0 base camera', 0, '4.50 0 0.25 0 0 0 base camera', ''),
+        ('1.50  0 0&#32;0 0 0 base camera', 1, '1.50  4.5 0&#32;0 0 0 base camera', ''),
+        ('1.50 0 0 0 0 0 1 base camera', 3, None, EDITED),
+        ('1.50 0 0 0 0 0 base laser', 0, None, EDITED),
+        ('1.50 0 $(arg z) 0 0 0 base camera', 0, None, EDITED),
+        (
+            '1.50&#32;0&#32;0&#32;0 0 0 base camera',
+            5,
+            None,
+            'the blanks in the arguments of a.launch:1 are written as entities',
+        ),
+    ],
+)
+def test_a_number_of_arguments_is_written_where_it_means_the_same(args, word, after, why):
+    content = f'<launch><node name="c" args="{args}"/></launch>'
+    change = files.ParamChange(0, 1, 'c', [0.0, 1.5], 4.5, float, 'it', word, '1.50 0 0 0 0 0 base camera')
+    edits, left = files.param_edits('a.launch', content.encode(), [change])
+    assert files.replaced(content.encode(), edits).decode() == content.replace(args, after or args)
+    assert [reason for _, reason in left] == [why][: after is None]

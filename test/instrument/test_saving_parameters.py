@@ -154,6 +154,10 @@ def test_what_a_file_says_for_several_nodes_is_written_where_they_agree(master, 
                 assert (included.read_text(), heights.read_text()) == before
         assert len(save('/left/included').splitlines()) == 2
         assert save('/right/included') == ''
+        assert command('undo', '/left/included').returncode == 0
+        result = command('save', '/left/included')
+        assert (result.returncode, result.stdout) == (1, '')
+        assert f'~x ({included} says it for /right/included/x as well, which is 3.25)' in result.stderr
     assert included.read_text() == before[0].replace('1.5', '3.25')
     assert heights.read_text() == before[1].replace('2.5', '4.25')
 

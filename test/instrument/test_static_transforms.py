@@ -4,6 +4,7 @@ import itertools
 import os
 
 import pytest
+import roslaunch.core
 import rospy
 from roslaunch.config import ROSLaunchConfig
 from tf2_msgs.msg import TFMessage
@@ -112,6 +113,8 @@ def test_numbers_are_changed_dragged_and_written_into_the_launch_file(frames, ha
         ('tf2_ros', '0 0 0 0 0 0 base odd 100'),
         ('tf2_ros', '0 0 0 0 0 nan base odd'),
         ('tf2_ros', 'a b c d e f base odd'),
+        ('tf2_ros', '1_0 0 0 0 0 0 base odd'),
+        ('tf2_ros', '0 0 0 0 0 0 odd odd'),
         ('tf2_ros', '~frames'),
         ('tf', '0 0 0 0 0 0 base odd'),
         ('tf', '0 0 0 0 0 0 base odd 0'),
@@ -136,6 +139,43 @@ def test_names_that_are_given_to_the_node_stay():
     loader.load_string(f'<launch><group ns="left">{node}</group></launch>', config, verbose=False)
     (one,) = config.nodes
     static_transforms.keep_provenance(one, config, loader)
-    assert (one.type, one.args) == ('slt_static_transform', 'base odd __log:=a tf_static:=other')
+    assert (one.type, one.args) == ('slt_static_transform', 'angles base odd __log:=a tf_static:=other')
     assert config.params['/left/one/y'].value == 2.0
     assert loader.origins['/left/one/y']['word'] == 2
+
+
+def test_only_nodes_on_this_machine_are_replaced():
+    config, loader = ROSLaunchConfig(), NotingLoader()
+    nodes = ''.join(NODE.format('tf2_ros', name, '0 0 0 0 0 0', f'base {name}') for name in ('one', 'other'))
+    loader.load_string(f'<launch>{nodes}</launch>', config, verbose=False)
+    for one, address in zip(config.nodes, ('localhost', '192.0.2.1')):
+        one.machine = roslaunch.core.Machine(one.name, address)
+        static_transforms.keep_provenance(one, config, loader)
+    assert [one.package for one in config.nodes] == ['rosslt', 'tf2_ros']
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'written'),
+    [
+        ('1 2 $(arg three) 0 0 0 $(arg base) odd', ['x', 'y', 'yaw', 'pitch', 'roll']),
+        ('$(arg two) 3 0 $(arg none) 0 0 base odd', []),
+        ("$(eval '1 2 3 0 0 0 base odd')", []),
+    ],
+)
+def test_words_beside_substitutions_of_one_word_are_known(arguments, written):
+    config, loader = ROSLaunchConfig(), NotingLoader()
+    given = {'two': '1 2', 'three': '3', 'none': '', 'base': 'base'}
+    tags = ''.join(f'<arg name="{name}" default="{value}"/>' for name, value in given.items())
+    node = NODE.format('tf2_ros', 'odd', arguments, '').replace(' "/>', '"/>')
+    loader.load_string(f'<launch>{tags}{node}</launch>', config, verbose=False)
+    static_transforms.keep_provenance(config.nodes[0], config, loader)
+    assert [key[5:] for key, origin in loader.origins.items() if not origin['is_substituted']] == written
+
+
+def test_numbers_of_an_earlier_run_are_not_taken(frames, tmp_path):
+    file = tmp_path / 'turned.launch'
+    file.write_text('<launch>{}</launch>'.format(NODE.format('tf2_ros', 'turned_tf', '1 2 3 0 0 0', 'base turned')))
+    for name, value in zip(('qx', 'qy', 'qz', 'qw'), (0.5, 0.5, 0.5, 0.5)):
+        rospy.set_param(f'/turned_tf/{name}', value)
+    with launched(dict(os.environ), 'rosslt', 'launch', '--no-markers', str(file)):
+        assert frames.numbers('turned') == [1, 2, 3, 0, 0, 0, 1]

@@ -1,6 +1,8 @@
 """Launch files as text: other values in their <param> tags and in the arguments of nodes, and every other byte as it
 is."""
 
+import contextlib
+import math
 import re
 from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from xml.parsers import expat
@@ -16,7 +18,7 @@ ORIGINS = '/rosslt/parameter_origins'
 _ATTRIBUTE = re.compile(rb'([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
 #: A word of the arguments of a node; a substitution may have blanks in it.
-_WORD = r'(?:\$\([^)]*\)|\S)+'
+_WORD = r'(?:\$\([^)]*\)|[^ \t\r\n])+'
 
 #: The characters that XML reads as a blank within an attribute.
 _ESCAPES = {'\n': '&#10;', '\r': '&#13;', '\t': '&#9;'}
@@ -51,6 +53,7 @@ class ParamChange(NamedTuple):
         read: reads the attribute `value`, or the word, as roslaunch or the node does.
         what: what people call it.
         word: which word of the arguments, from 0; None for a <param>.
+        args: the arguments then.
     """
 
     nth: int
@@ -61,6 +64,7 @@ class ParamChange(NamedTuple):
     read: Callable[[str], object]
     what: str
     word: Optional[int] = None
+    args: str = ''
 
     @property
     def tag(self) -> str:
@@ -69,6 +73,12 @@ class ParamChange(NamedTuple):
     @property
     def attribute(self) -> str:
         return 'value' if self.word is None else 'args'
+
+    def may_be(self, tag: Event) -> bool:
+        """Return whether a tag may be the one meant: it has the name and, but for numbers, the words of then."""
+        if tag.attributes.get('name') != self.name:
+            return False
+        return self.word is None or _but_numbers(tag.attributes.get('args', '')) == _but_numbers(self.args)
 
     def text_in(self, tag: Event) -> str:
         """What the tag says now; '' if it does not say it."""
@@ -79,6 +89,15 @@ class ParamChange(NamedTuple):
 def words(text: str) -> List[str]:
     """The words of the arguments of a node."""
     return re.findall(_WORD, text)
+
+
+def _but_numbers(text: str) -> List[str]:
+    """The words of the arguments of a node, each number empty."""
+    found = words(text)
+    for index, word in enumerate(found):
+        with contextlib.suppress(ValueError):
+            found[index] = '' if math.isfinite(float(word)) else word
+    return found
 
 
 def events_of(file: str, content: bytes) -> List[Event]:
@@ -149,7 +168,7 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
 def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> int:
     """The index of the event at which the <param> of a change begins; ValueError if it is not certain."""
     tags = tags_in(events, change.tag)
-    found = [index for index in tags if events[index].attributes.get('name') == change.name]
+    found = [index for index in tags if change.may_be(events[index])]
     # After an edit, a different <param> with that name may be the nth, or have the value that this one had.
     if len(tags) == change.total and tags[change.nth] in found:
         return tags[change.nth]
@@ -178,8 +197,10 @@ def _edit(file: str, content: bytes, events: List[Event], index: int, change: Pa
     quote, text, first, last = content[start - 1 : start].decode(), tag.attributes[change.attribute], 0, None
     if change.word is not None:
         first, last = [*re.finditer(_WORD, text)][change.word].span()
-        begin, finish = [*re.finditer(_WORD.encode(), content[start:end])][change.word].span()
-        start, end = start + begin, start + finish
+        raw = [*re.finditer(_WORD.encode(), content[start:end])]
+        if change.word >= len(raw):
+            raise ValueError(f'the blanks in the arguments of {file}:{tag.line} are written as entities')
+        start, end = start + raw[change.word].start(), start + raw[change.word].end()
     old = content[start:end]
     old.decode('utf-8')  # as whoever prints the edit does
     for word in notations(change.text_in(tag).strip(), change.value):

@@ -28,7 +28,8 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         super().__init__()
         self.origins: Dict[str, Dict[str, Any]] = {}
         self._rosparam = 0, 0  # which <rosparam> of its file is being loaded, and of how many
-        self._arguments: Dict[int, Dict[str, Any]] = {}  # by the id of a roslaunch.core.Node: where they stand
+        # By the id of a roslaunch.core.Node: where its arguments stand, and what they are read in.
+        self._arguments: Dict[int, Tuple[Dict[str, Any], Any]] = {}
 
     def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._param_tag(tag, context, ros_config, *args, **kwds)
@@ -53,12 +54,13 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
     def _node_tag(self, tag: Element, context: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._node_tag(tag, context, *args, **kwds)
         if tag.tagName == 'node' and made is not None:
-            self._arguments[id(made)] = {
+            origin = {
                 'file': os.path.realpath(context.filename),
                 'tag': _place_of(tag),
                 'name': tag.getAttribute('name'),
                 'text': tag.getAttribute('args'),
             }
+            self._arguments[id(made)] = origin, context
         return made
 
     def note_argument(self, node: roslaunch.core.Node, index: int, name: str, value: float) -> None:
@@ -70,9 +72,13 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
             name: the full name of the parameter.
             value: its value.
         """
-        origin = self._arguments[id(node)]
+        origin, context = self._arguments[id(node)]
         said, read = words(origin['text']), words(node.args)
-        is_substituted = len(said) != len(read) or said[index] != read[index]
+        # A substitution may be several words or none; `eval` has words of its own.
+        is_substituted = origin['text'].startswith('$(eval ') or (
+            [words(self.resolve_args(word, context)) for word in said] != [[word] for word in read]
+            or said[index] != read[index]
+        )
         self._note(name, value, {**origin, 'word': index, 'is_substituted': is_substituted})
 
     def _rosparam_tag(self, tag: Element, *args: object, **kwds: object) -> Any:

@@ -6,6 +6,7 @@ parameters are given.
 """
 
 import math
+import re
 from typing import Any, List, Optional, Tuple
 
 import roslaunch.core
@@ -17,7 +18,12 @@ from rosslt.instrument.parameter_origins import NotingLoader
 #: The packages that have such a node, and whether its last argument is a period in milliseconds.
 _PACKAGES = {'tf': True, 'tf2_ros': False}
 
-_POSITION, _ANGLES, _QUATERNION = ['x', 'y', 'z'], ['yaw', 'pitch', 'roll'], ['qx', 'qy', 'qz', 'qw']
+_POSITION = ['x', 'y', 'z']
+#: What slt_static_transform calls the numbers of a rotation, and their names.
+_ROTATIONS = {'angles': ['yaw', 'pitch', 'roll'], 'quaternion': ['qx', 'qy', 'qz', 'qw']}
+
+#: A number that Python and C read alike.
+_NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?', re.ASCII | re.IGNORECASE)
 
 
 def keep_provenance(one: roslaunch.core.Node, config: Any, loader: NotingLoader) -> None:
@@ -30,7 +36,7 @@ def keep_provenance(one: roslaunch.core.Node, config: Any, loader: NotingLoader)
         loader: has loaded the launch file.
     """
     has_period = _PACKAGES.get(one.package) if one.type == 'static_transform_publisher' else None
-    if has_period is None or one.machine_name:
+    if has_period is None or not (one.machine is None or roslaunch.core.is_machine_local(one.machine)):
         return
     words = files.words(one.args)
     read = _read([word for word in words if ':=' not in word], has_period)
@@ -50,12 +56,13 @@ def keep_provenance(one: roslaunch.core.Node, config: Any, loader: NotingLoader)
 def _read(words: List[str], has_period: bool) -> Optional[Tuple[List[Tuple[str, float]], List[str]]]:
     """([(name, number), ...], the other arguments); None if they are not those of a static transform publisher."""
     count = len(words) - 2 - has_period
-    names = {6: [*_POSITION, *_ANGLES], 7: [*_POSITION, *_QUATERNION]}.get(count)
-    if names is None:
+    texts, frames = [*words[:count], *words[count + 2 :]], words[count : count + 2]
+    if not all(map(_NUMBER.fullmatch, texts)) or len(set(frames)) < len(frames):
         return None
-    try:
-        numbers = [float(word) for word in (*words[:count], *words[count + 2 :])]
-    except ValueError:
+    numbers = [float(text) for text in texts]
+    if not all(map(math.isfinite, numbers)) or not all(period > 0 for period in numbers[count:]):
         return None
-    is_right = all(map(math.isfinite, numbers)) and all(period > 0 for period in numbers[count:])
-    return (list(zip(names, numbers)), words[count:]) if is_right else None
+    for rotation, names in _ROTATIONS.items():
+        if count == len(_POSITION) + len(names):
+            return list(zip([*_POSITION, *names], numbers)), [rotation, *words[count:]]
+    return None

@@ -178,7 +178,7 @@ def _in_parameter_files(
         origin, values = origins.get(place.location.name), past.get(place.location.id, [])
         if not values and not _was_changed_earlier(place, origin):
             continue
-        if values and files.equal(place.value, values[0]):
+        if values and files.equal(place.value, values[0]) and not (origin or {}).get('offered'):
             changed_back.add(place.local_name)
         reason = why_not_written(place, origin) or _said_for_another(place, origins, master)
         if reason:
@@ -317,6 +317,7 @@ def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List
                 float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
                 place.local_name,
                 origin.get('word'),
+                origin['text'],
             )
             for place, origin in those
             if 'path' not in origin
