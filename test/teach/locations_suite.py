@@ -149,6 +149,10 @@ class Locations(WithDevices):
         self.hold(teaching, joy, lambda: self.joy(0, 0, 0), 2)
         self.play(joy, *[self.joy(-1.0, 0, 0) for _ in range(5)], self.joy(0, 0, 0, held=False))
         wait_until(lambda: 'the robot is running' in ' '.join(self.said(teaching)), 'the refusal to be told')
+        self.hold(teaching, joy, lambda: self.joy(0, 0, 0), 3)
+        told = [one for one in self.said(teaching) if 'the robot is running' in one]
+        self.assertEqual(len(told), 1, 'once for each hold, whatever number the hand is at')
+        self.play(joy, self.joy(0, 0, 0, held=False))
         self.assertEqual(value('/lab/pid/goal_x'), 4.0)
 
     def test_a_whole_number_goes_by_whole_numbers(self):

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import queue
+import re
 import time
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, Union
 
@@ -44,6 +45,9 @@ RATE = 100.0
 
 #: The maximal wait for messages that show the last change, at the end, in seconds.
 ENDING = 2.0
+
+#: A number in a text, which is no part of a name.
+_NUMBER = re.compile(r'(?<![\w./\[#])-?\d[\d.]*(e[-+]?\d+)?\b')
 
 
 class Teacher(Follower):
@@ -90,9 +94,11 @@ class Teacher(Follower):
         self._there.pop(name, None)
 
     def say(self, handle: Handle, text: str) -> None:
-        """Say what stands at the thing, once as long as it stands there."""
-        if handle.name == self._name and text != self._said:
-            self._said = text
+        """Say what stands at the thing, once as long as it stands there with whatever numbers: a refusal has those of
+        the hand, which goes on."""
+        reason = _NUMBER.sub('', text)
+        if handle.name == self._name and reason != self._said:
+            self._said = reason
             self._say(short_numbers(text))
 
     # For the command.
