@@ -255,7 +255,7 @@ def test_numbers_of_a_live_script_are_written_where_they_stand(panel, script):
 def test_what_somebody_else_writes_takes_no_number_out_of_a_hand(panel, script):
     script.write_text('height = 1\ngoto(1, 0.5, height)\n', encoding='utf-8')
     panel.open('way.script')
-    height, x, y = [
+    height, _, y = [
         box.get_attribute('aria-label').partition(',')[0] for box in panel.browser.wait(lambda: boxes(panel, 3), 'it')
     ]
     panel.shows(y, '0.5')
@@ -267,12 +267,6 @@ def test_what_somebody_else_writes_takes_no_number_out_of_a_hand(panel, script):
     ActionChains(panel.driver).send_keys('.5', Keys.ENTER, Keys.ARROW_UP).perform()
     panel.shows(y, '7.6')
     wait_until(lambda: script.read_text(encoding='utf-8') == 'height = 2\ngoto(1, 7.6, height)\n', 'it', PATIENCE)
-    hand = ActionChains(panel.driver, duration=50).click_and_hold(panel.box(x)).move_by_offset(8, 0)
-    hand.perform()
-    wait_until(lambda: 'goto(3, ' in script.read_text(encoding='utf-8'), 'it is written', PATIENCE)
-    panel.browser.wait(lambda: panel.line_of(x).startswith('goto(3'), 'the text is the new one')
-    ActionChains(panel.driver, duration=50).move_by_offset(8, 0).release().perform()
-    wait_until(lambda: 'goto(5, ' in script.read_text(encoding='utf-8'), 'the drag went on', PATIENCE)
 
 
 #: Its file is not in UTF-8.
