@@ -1,5 +1,7 @@
 """The source beside the view, in a real browser."""
 
+import signal
+
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -40,6 +42,9 @@ class Panel:
         """Open a file by its tab."""
         selector = f'#tabs button[data-file$="/{file}"]'
         self.browser.wait(lambda: self.driver.find_elements('css selector', selector), f'a tab {file}')[0].click()
+
+    def open_file(self):
+        return self.driver.find_element('css selector', '#tabs [aria-selected=true]').get_attribute('data-file')
 
     def box(self, name):
         """The box of a number."""
@@ -247,6 +252,23 @@ def test_numbers_of_a_live_script_are_written_where_they_stand(panel, script):
     panel.shows(names[0].partition(',')[0], '1.5')
 
 
+def test_what_somebody_else_writes_takes_no_number_out_of_a_hand(panel, script):
+    script.write_text('height = 1\ngoto(1, 0.5, height)\n', encoding='utf-8')
+    panel.open('way.script')
+    height, _, y = [
+        box.get_attribute('aria-label').partition(',')[0] for box in panel.browser.wait(lambda: boxes(panel, 3), 'it')
+    ]
+    panel.shows(y, '0.5')
+    panel.type(y, Keys.CONTROL, 'a', Keys.NULL, '7')
+    rosslt('set', height, '2')
+    panel.shows(height, '2')
+    panel.browser.wait(lambda: panel.line_of(height) == 'height = 2', 'the text is the new one')
+    panel.shows(y, '7')
+    ActionChains(panel.driver).send_keys('.5', Keys.ENTER, Keys.ARROW_UP).perform()
+    panel.shows(y, '7.6')
+    wait_until(lambda: script.read_text(encoding='utf-8') == 'height = 2\ngoto(1, 7.6, height)\n', 'it', PATIENCE)
+
+
 #: Its file is not in UTF-8.
 POLE = """# -*- coding: latin-1 -*-
 import rospy
@@ -310,6 +332,7 @@ BAD = [
     '{"wish": {"number": "/lamp 1", "text": "3", "turn": 1}}',
     '{"wish": {"number": "/lamp 1", "text": 3, "turn": 1}}',
     '{"wish": {"number": ["/lamp"], "text": "3", "turn": 1}}',
+    '{"wish": {"number": "NUMBER", "text": "3", "turn": 1}}',
 ]
 
 ANSWERS = """
@@ -336,10 +359,71 @@ socket.onmessage = event => {
 
 def test_bad_messages_are_refused_and_the_connection_lives_on(panel):
     panel.driver.set_script_timeout(PATIENCE)
-    refused = panel.driver.execute_async_script(ANSWERS, BAD)
+    # no file is open there that this one stands in
+    number = panel.box('/lamp/north').get_attribute('data-number')
+    refused = panel.driver.execute_async_script(ANSWERS, [text.replace('NUMBER', number) for text in BAD])
     assert len(refused) == len(BAD) + 1, refused
     assert all(refused)
     assert refused[5] == 'no location stands in this file'
+    assert refused[-2] == 'this number is not in the open file'
+    assert value('/lamp/north') == 1.0
+
+
+DECIDED = """
+const [number, file, done] = arguments;
+const ends = [0, 1].map(hand => new Promise(resolve => {
+    const socket = new WebSocket(`ws://${location.host}/source`);
+    socket.onopen = () => {
+        socket.send(JSON.stringify({open: file}));
+        for (let count = 0; count < 20; count += 1) {
+            socket.send(JSON.stringify({wish: {number, text: `${hand}.${count}`, turn: 1}}));
+        }
+    };
+    socket.onmessage = event => JSON.parse(event.data).decided?.text === `${hand}.19` && resolve(socket.close());
+}));
+Promise.all(ends).then(() => done());
+"""
+
+
+def test_each_of_two_people_at_one_number_hears_what_became_of_it(panel):
+    panel.driver.set_script_timeout(PATIENCE)
+    number = panel.box('/lamp/north').get_attribute('data-number')
+    panel.driver.execute_async_script(DECIDED, number, panel.open_file())
+    assert value('/lamp/north') in (0.19, 1.19)
+
+
+KEEPER = """
+import rospy
+from geometry_msgs.msg import Point
+
+class Keeper:
+    def __init__(self):
+        self.last = 0.5
+
+rospy.init_node('keeper')
+keeper = Keeper()
+keeper.last = rospy.get_time()
+pub = rospy.Publisher('keeper', Point, queue_size=1)
+while not rospy.is_shutdown():
+    pub.publish(0.0, 0.0, keeper.last)
+    rospy.sleep(0.05)
+"""
+
+
+def test_what_a_node_cannot_take_or_say_is_said(panel, tmp_path):
+    with Unmodified(tmp_path, 'keeper', KEEPER) as keeper:
+        panel.open('keeper.py')
+        panel.type('/keeper/last', Keys.CONTROL, 'a', Keys.NULL, '3', Keys.ENTER)
+        panel.says('last is changed: it takes effect at the next start')
+        keeper.process.send_signal(signal.SIGSTOP)
+        keeper.file.write_text('# one line more\n' + KEEPER, encoding='utf-8')
+        panel.says('/keeper does not answer')
+        assert boxes(panel, 0) == []
+        keeper.process.send_signal(signal.SIGCONT)
+        panel.browser.wait(lambda: 'line 8' in panel.box('/keeper/last').get_attribute('aria-label'), 'it is there')
+        panel.type('/keeper/last', '7')
+    panel.says('last is not marked any more: ')
+    panel.says('No node runs that has numbers in keeper.py.')
 
 
 def test_in_a_narrow_window_the_source_is_below_the_view(panel):

@@ -35,18 +35,21 @@ def key_of(place: Place) -> Key:
     return place.node, place.location.id
 
 
-def read(file: str, content: bytes, places: Sequence[Place]) -> Document:
+def read(file: str, content: bytes, places: Sequence[Place]) -> Tuple[Document, bool]:
     """Find the numbers of a file; their owners are asked where these stand since it was edited.
 
     Args:
         file: its path.
         content: what it says now.
         places: the locations that stand in it, as their owners report them.
+
+    Returns:
+        The document, and whether all owners have answered.
     """
     try:
         source = files.SourceText(file, content)
     except files.FileError as error:
-        return Document(content.decode('utf-8', 'replace'), {}, [f'no number is marked: {error}'])
+        return Document(content.decode('utf-8', 'replace'), {}, [f'no number is marked: {error}']), True
     nodes = {place.node for place in places}
     answers, silent = node.ask_all('list_edits', srv.ListEdits, dict.fromkeys(nodes, srv.ListEditsRequest()), TIMEOUT)
     stands: Dict[Key, Tuple[int, int]] = {}
@@ -59,7 +62,7 @@ def read(file: str, content: bytes, places: Sequence[Place]) -> Document:
     lost: Dict[str, List[str]] = {}
     for place in places:
         key, location = key_of(place), place.location
-        if location.type not in ('int', 'float'):
+        if location.type not in ('int', 'float') or place.node in silent:
             continue
         index = source.number_at(*stands.get(key, (location.line, location.column)))
         number = None if index is None else source.numbers[index]
@@ -71,7 +74,7 @@ def read(file: str, content: bytes, places: Sequence[Place]) -> Document:
     for name, those in lost.items():
         which = ', '.join(those)
         notes.append(f'not marked are {which}: the file has changed since {name} read it, or says no number there')
-    return Document(source.text, marks, notes)
+    return Document(source.text, marks, notes), not silent
 
 
 def _says(place: Place, said: object, is_followed: bool) -> bool:

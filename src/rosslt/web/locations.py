@@ -2,9 +2,10 @@
 
 import contextlib
 import math
+import reprlib
 import time
 from concurrent import futures
-from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Set, Tuple, Union
+from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Optional, Set, Tuple, Union
 
 import rospy
 
@@ -34,7 +35,8 @@ class Wish(NamedTuple):
         refused: called with the reason if it is refused.
         told: called with what the node's memory still has of the former value, once the hand has paused.
         taken: called when the value is in force.
-        is_one: whether all changes of a location by this hand are undone as one, however long it pauses.
+        turn: all changes of a location by this hand in one turn are undone as one, however long it pauses; None: the
+            pauses decide.
     """
 
     value: Any
@@ -42,7 +44,7 @@ class Wish(NamedTuple):
     refused: Callable[[str], None]
     told: Callable[[str], None]
     taken: Callable[[], None] = lambda: None
-    is_one: bool = False
+    turn: Optional[int] = None
 
 
 class Locations:
@@ -53,15 +55,16 @@ class Locations:
 
     Attributes:
         shows_all: whether numbers are shown that give a formula its shape.
+        reports: how many reports of owners there were: as long as there is no other one, `places` are the same.
     """
 
     def __init__(self, lock: ContextManager[bool]) -> None:
         self._lock = lock
-        self.shows_all = False
+        self.shows_all, self.reports = False, 0
         self._places: Dict[str, Dict[int, Place]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
-        self._wishes: Dict[Key, Wish] = {}
-        self._changes: Dict[Key, Tuple[str, node.ChangeRequest]] = {}  # the last one of each, and whose it is
+        self._wishes: Dict[Tuple[Key, str], Wish] = {}  # of each location and hand
+        self._changes: Dict[Key, Tuple[Wish, node.ChangeRequest]] = {}  # the last one of each, and for which wish
         self._requests = futures.ThreadPoolExecutor(1)
         self._changed: Dict[Key, Tuple[Wish, node.ChangeRequest]] = {}  # what is not told of yet
         self._after = node.Callbacks('rosslt after changes')
@@ -78,12 +81,12 @@ class Locations:
         return node.listed(there, self.shows_all)
 
     def wish(self, place: Place, wish: Wish) -> None:
-        """Have a location changed soon; a later wish replaces one that still waits."""
+        """Have a location changed soon; a later wish replaces one of the same hand that still waits."""
         key = place.node, place.location.id
         with self._lock:
-            if key not in self._wishes:
-                self._requests.submit(self._change, key)
-            self._wishes[key] = wish
+            if (key, wish.hand) not in self._wishes:
+                self._requests.submit(self._change, key, wish.hand)
+            self._wishes[key, wish.hand] = wish
 
     def update(self, graph: Graph) -> None:
         """Ask all nodes for their locations; `<node>/rosslt/changes` tells of changes in between."""
@@ -94,6 +97,7 @@ class Locations:
             known = {name: self._places[name] for name in self._places if silent.get(name) == node.NO_ANSWER}
             told = {name: {place.location.id: place for place in places} for name, places in found.items() if places}
             self._places = {**known, **told}
+            self.reports += 1
             there = set(self._places)
         self._follow(there)
 
@@ -113,12 +117,13 @@ class Locations:
             place = self._places.get(key[0], {}).get(key[1])
             if place is not None:
                 place.location.value = value
+                self.reports += 1
 
-    def _change(self, key: Key) -> None:
-        """Ask an owner for the present wish."""
+    def _change(self, key: Key, hand: str) -> None:
+        """Ask an owner for the present wish of a hand."""
         with contained('a location cannot be changed'):
             with self._lock:
-                wish = self._wishes.pop(key)
+                wish = self._wishes.pop((key, hand))
                 request = self._request(key, wish)
             source = values.Source(*key)
             try:
@@ -144,10 +149,11 @@ class Locations:
 
     def _request(self, key: Key, wish: Wish) -> node.ChangeRequest:
         """The request for a change of a location: the last request if the hand goes on moving the same location."""
-        last_hand, request = self._changes.get(key, ('', node.ChangeRequest(TIMEOUT)))
-        if last_hand != wish.hand or not (wish.is_one or time.monotonic() - request.requested <= PAUSE):
+        last, request = self._changes.get(key, (None, node.ChangeRequest(TIMEOUT)))
+        is_same = last is not None and (last.hand, last.turn) == (wish.hand, wish.turn)
+        if not is_same or (wish.turn is None and time.monotonic() - request.requested > PAUSE):
             request = node.ChangeRequest(TIMEOUT)
-        self._changes[key] = wish.hand, request
+        self._changes[key] = wish, request
         return request
 
 
@@ -155,15 +161,17 @@ def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:
     """The number that a text says for a location: (number, ''), or (None, why it is none that the location takes)."""
     value = _number(text)
     if value is None:
-        return None, f'{text!r} is not a number'
+        return None, f'{reprlib.repr(text)} is not a number'
+    if isinstance(value, float) and math.isinf(value):
+        return None, f'{reprlib.repr(text)} is too large'
     why = node.why_whole(place) if isinstance(value, float) and not value.is_integer() else ''
     return (None, f'{text!r} is not an int: {why}') if why else (value, '')
 
 
 def _number(text: str) -> Union[int, float, None]:
-    """The finite number that a text says, or None."""
+    """The number that a text says, infinite if it is too large; None if it says none."""
     with contextlib.suppress(ValueError):
         return int(text)
     with contextlib.suppress(ValueError):
-        return float(text) if math.isfinite(float(text)) else None
+        return None if math.isnan(float(text)) else float(text)
     return None

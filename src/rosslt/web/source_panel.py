@@ -38,6 +38,7 @@ class Visitor:
         name: who has the wishes.
         file: the file that is open; '' for none.
         hovers: the number that the mouse is over, or None.
+        basis: what the state that the browser has was made of.
         sent: what the browser has of the state: {name: JSON}, and of the values.
         to_say: messages that are not part of the state.
     """
@@ -45,6 +46,7 @@ class Visitor:
     def __init__(self, name: str) -> None:
         self.name, self.file = name, ''
         self.hovers: Optional[values.Source] = None
+        self.basis: object = None
         self.sent: Dict[str, str] = {}
         self.sent_values: Dict[str, Any] = {}
         self.to_say: Deque[Dict[str, Any]] = collections.deque()
@@ -122,6 +124,17 @@ class SourcePanel:
 
     def _news(self, visitor: Visitor) -> Dict[str, Any]:
         """What of the state a visitor does not know yet."""
+        with self._lock:
+            basis = (
+                self._locations.reports,
+                self._locations.shows_all,
+                self.selected,
+                visitor.file,
+                self._known(visitor),
+            )
+        if basis == visitor.basis:
+            return {}
+        visitor.basis = basis
         state, present = self._state(visitor)
         told = {name: json.dumps(value) for name, value in state.items()}
         news = {name: value for name, value in state.items() if visitor.sent.get(name) != told[name]}
@@ -146,7 +159,7 @@ class SourcePanel:
             ],
         }
         with self._lock:
-            known = self._documents.get(visitor.file)
+            known = self._known(visitor)
         if known is None or visitor.file not in there:
             return {**state, 'document': None}, {}
         document = known[1]
@@ -164,6 +177,10 @@ class SourcePanel:
         given = origins()
         shown = {'file': visitor.file, 'text': document.text, 'notes': document.notes, 'numbers': numbers}
         return {**state, 'document': shown}, {_name(place.source): _value(place, mark, given) for place, mark in marks}
+
+    def _known(self, visitor: Visitor) -> Optional[Tuple[Any, documents.Document]]:
+        """The file that a visitor looks at, and what it was made of."""
+        return self._documents.get(visitor.file)
 
     def _files(self) -> Dict[str, List[Place]]:
         """{file: the locations in it}, sorted."""
@@ -189,7 +206,11 @@ class SourcePanel:
                 known = self._documents.get(file)
             if known is not None and known[0] == basis:
                 return
-            document = documents.read(file, content, places)
+            document, is_complete = documents.read(file, content, places)
+            if not files.holds(file, content):
+                return  # the owners may have told of another content; the next look reads it again
+            if not is_complete:
+                basis = None  # so does the next look
         with self._lock:
             self._documents[file] = basis, document
 
@@ -227,6 +248,8 @@ class SourcePanel:
             raise BadMessage('a wish has the number, a text and a turn')
         number = wish.get('number')
         place = self._place(number)
+        if place.location.file != visitor.file:  # its node was started anew from another file
+            raise BadMessage('this number is not in the open file')
 
         def decided() -> None:
             visitor.to_say.append({'decided': {'number': number, 'text': wish['text']}})
@@ -238,13 +261,17 @@ class SourcePanel:
         def told(text: str) -> None:
             visitor.to_say.append({'said': f'{place.local_name} is changed: {text}'})
 
+        def taken() -> None:
+            decided()
+            if place.location.at_next_start:
+                told(f'it {place.location.at_next_start}')
+
         value, why = number_in(place, wish['text'].strip())
         why = _why_fixed(place) or why
         if why:
             refused(why)
         else:
-            hand = f'{visitor.name}:{wish["turn"]}'
-            self._locations.wish(place, Wish(value, hand, refused, told, decided, is_one=True))
+            self._locations.wish(place, Wish(value, visitor.name, refused, told, taken, wish['turn']))
 
     def _place(self, number: Any) -> Place:
         """The location of a number, as the page names it.

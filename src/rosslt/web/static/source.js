@@ -7,6 +7,7 @@ const [view, divider, panel, tabs, notes, text, said] =
 const WISH_PERIOD = 50; // ms between two wishes of a hand
 const STEP_WIDTH = 4; // pixels of a drag for one step of the last digit
 const RECONNECTION = 1000; // ms until the page is asked for again
+const UNREACHABLE = '`rosslt web` does not answer';
 
 const state = {files: [], document: null, selected: []};
 const fields = new Map(); // by the names of their numbers
@@ -15,10 +16,13 @@ let opened = ''; // a file
 let turn = 0; // what is changed within a turn is undone as one
 let follows = false; // whether to scroll to what is selected once its file is there
 
+// Send a message; whether the page can be reached.
 function send(message) {
-  if (socket.readyState === WebSocket.OPEN) {
+  const isOpen = socket.readyState === WebSocket.OPEN;
+  if (isOpen) {
     socket.send(JSON.stringify(message));
   }
+  return isOpen;
 }
 
 function make(kind, properties, ...children) {
@@ -44,15 +48,15 @@ function stepped(shown, steps) {
 // A number in the text.
 class Field {
   constructor(number) {
-    this.number = number;
     this.isTyped = false; // something was typed that is not taken yet
     this.drag = null; // {x, text, hasMoved} of a drag over it
     this.waits = null; // the text of the last wish, until it is decided
     this.due = null; // the timer of the next wish
     this.box = make('input', {type: 'text', autocomplete: 'off', spellcheck: false, inputMode: 'decimal'});
     this.box.setAttribute('role', 'spinbutton');
-    this.box.setAttribute('aria-label', `${number.name}, line ${number.line}`);
-    this.literal = make('s', {hidden: true, textContent: number.token});
+    this.box.dataset.number = number.number;
+    this.literal = make('s', {hidden: true});
+    this.stand(number);
     this.show({text: number.token, value: number.token, minimum: '', maximum: '', fixed: '', hint: ''});
     const on = (kind, handle) => this.box.addEventListener(kind, handle.bind(this));
     on('pointerdown', this.takeHold);
@@ -66,7 +70,27 @@ class Field {
     on('blur', this.leave);
     on('input', this.type);
     on('keydown', this.press);
-    this.box.dataset.number = number.number;
+  }
+
+  // Take in where it stands now, and how it is written there.
+  stand(number) {
+    this.number = number;
+    this.box.setAttribute('aria-label', `${number.name}, line ${number.line}`);
+    this.literal.textContent = number.token;
+  }
+
+  // A person's hand is on it: as long as its box stays where it is in the page, it keeps focus and mouse.
+  get isHeld() {
+    return this.drag !== null || document.activeElement === this.box;
+  }
+
+  // It is not in the source any more: nobody has said yet that what was typed is to be taken.
+  drop() {
+    if (this.isTyped) {
+      said.textContent = `${this.number.name} is not marked any more: ${this.box.value} is not taken`;
+    }
+    this.isTyped = false;
+    this.drag = null;
   }
 
   // Show what is in force; what a hand has typed or dragged stays until it is decided.
@@ -95,7 +119,10 @@ class Field {
     this.due = null;
     this.waits = this.box.value;
     said.textContent = '';
-    send({wish: {number: this.number.number, text: this.waits, turn}});
+    if (!send({wish: {number: this.number.number, text: this.waits, turn}})) {
+      said.textContent = `${this.number.name} is not changed: ${UNREACHABLE}`;
+      this.decided(this.waits);
+    }
   }
 
   decided(shown) {
@@ -121,6 +148,7 @@ class Field {
 
   takeHold(event) {
     if (event.button === 0 && document.activeElement !== this.box) {
+      document.activeElement?.blur(); // one number is held at a time
       this.drag = {x: event.clientX, text: this.box.value, hasMoved: false};
       this.box.setPointerCapture(event.pointerId);
       turn += 1;
@@ -153,6 +181,9 @@ class Field {
 
   leave() {
     this.take();
+    if (this.due !== null) {
+      this.wish();
+    }
     send({hover: null});
   }
 
@@ -200,6 +231,11 @@ function showFiles() {
   if (state.document?.file !== opened && state.files.some(({file}) => file === opened)) {
     open(opened);
   }
+  if (!state.files.some(({file}) => file === opened)) {
+    const name = opened.split('/').pop();
+    const why = name ? `No node runs that has numbers in ${name}.` : 'Waiting for a node whose numbers stand in a file.';
+    notes.replaceChildren(make('li', {}, why));
+  }
   showOpened();
 }
 
@@ -222,12 +258,38 @@ function pieces(line, numbers) {
   const made = [];
   let done = 0;
   for (const number of numbers.sort((one, other) => one.column - other.column)) {
-    const field = new Field(number);
-    fields.set(number.number, field);
+    const field = fields.get(number.number);
     made.push(characters.slice(done, number.column - 1).join(''), field.box, field.literal);
     done = number.column - 1 + Array.from(number.token).length;
   }
   return [...made, characters.slice(done).join('')];
+}
+
+// Give a part of the page other children; one of them, if it is there already, stays where it is.
+function fill(parent, children, kept) {
+  const at = children.indexOf(kept);
+  if (at === -1) {
+    parent.replaceChildren(...children);
+    return;
+  }
+  [...parent.childNodes].filter(child => child !== kept).forEach(child => child.remove());
+  kept.before(...children.slice(0, at));
+  kept.after(...children.slice(at + 1));
+}
+
+// The fields of the numbers of the document: those that are there already stay.
+function keepFields(numbers) {
+  const there = new Set(numbers.map(({number}) => number));
+  for (const [name, field] of fields) {
+    if (!there.has(name)) {
+      field.drop();
+      fields.delete(name);
+    }
+  }
+  for (const number of numbers) {
+    fields.get(number.number)?.stand(number);
+    fields.has(number.number) || fields.set(number.number, new Field(number));
+  }
 }
 
 function showDocument() {
@@ -237,12 +299,17 @@ function showDocument() {
   for (const number of known?.numbers ?? []) {
     byLine.set(number.line, [...byLine.get(number.line) ?? [], number]);
   }
-  fields.clear();
-  text.replaceChildren(...(known?.text ?? '').split(/\r\n|\r|\n/).map((line, index) => {
-    const made = make('div', {className: 'line'}, ...pieces(line, byLine.get(index + 1) ?? []));
+  keepFields(known?.numbers ?? []);
+  const held = [...fields.values()].find(field => field.isHeld)?.box;
+  const heldLine = held?.parentNode;
+  const lines = (known?.text ?? '').split(/\r\n|\r|\n/).map((line, index) => {
+    const inside = pieces(line, byLine.get(index + 1) ?? []);
+    const made = held && inside.includes(held) ? heldLine : make('div', {className: 'line'});
+    fill(made, inside, held);
     made.dataset.line = index + 1;
     return made;
-  }));
+  });
+  fill(text, lines, heldLine);
   notes.replaceChildren(...(known?.notes ?? []).map(note => make('li', {}, note)));
   text.dataset.file = known?.file ?? '';
   text.scrollTop = place;
@@ -301,7 +368,10 @@ function take(message) {
 function connect() {
   socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/source`);
   socket.onmessage = event => take(JSON.parse(event.data));
-  socket.onclose = () => setTimeout(connect, RECONNECTION);
+  socket.onclose = () => {
+    setTimeout(connect, RECONNECTION);
+    notes.replaceChildren(make('li', {}, UNREACHABLE));
+  };
 }
 
 // Make the source wider (or, below the view, higher) or narrower: a part of the window.
