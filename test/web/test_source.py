@@ -267,6 +267,10 @@ def test_what_somebody_else_writes_takes_no_number_out_of_a_hand(panel, script):
     ActionChains(panel.driver).send_keys('.5', Keys.ENTER, Keys.ARROW_UP).perform()
     panel.shows(y, '7.6')
     wait_until(lambda: script.read_text(encoding='utf-8') == 'height = 2\ngoto(1, 7.6, height)\n', 'it', PATIENCE)
+    ActionChains(panel.driver).send_keys(Keys.ESCAPE).perform()
+    panel.scrub(y, 80)
+    wait_until(lambda: script.read_text(encoding='utf-8') == 'height = 2\ngoto(1, 9.6, height)\n', 'it', PATIENCE)
+    panel.shows(y, '9.6')
 
 
 #: Its file is not in UTF-8.

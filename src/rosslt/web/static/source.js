@@ -14,6 +14,7 @@ const fields = new Map(); // by the names of their numbers
 let socket;
 let opened = ''; // a file
 let turn = 0; // what is changed within a turn is undone as one
+let isBehind = false; // whether another document is shown once a drag over a number has ended
 let follows = false; // whether to scroll to what is selected once its file is there
 
 // Send a message; whether the page can be reached.
@@ -172,6 +173,9 @@ class Field {
       this.box.focus();
       this.box.select();
     }
+    if (isBehind) {
+      showDocument();
+    }
   }
 
   enter() {
@@ -293,6 +297,10 @@ function keepFields(numbers) {
 }
 
 function showDocument() {
+  isBehind = [...fields.values()].some(field => field.drag !== null);
+  if (isBehind) {
+    return;
+  }
   const known = state.document;
   const place = known?.file === text.dataset.file ? text.scrollTop : 0;
   const byLine = new Map();
