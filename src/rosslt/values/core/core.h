@@ -48,7 +48,7 @@ enum { OTHER, ANY_SINGLE, ANY_BOTH, OPERATOR };
 
 extern PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
-    *refill;
+    *refill, *sine_form, *cosine_form;
 extern int limit, max_shared_size;
 
 /* Names of attributes and arguments. */
@@ -259,6 +259,9 @@ PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count)
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
 PyObject *swept(PyObject *module, PyObject *values);   /* folds.c */
 PyObject *resized(PyObject *module, PyObject *args);
+PyObject *make_tape(PyObject *module, PyObject *args);     /* tapes.c */
+PyObject *run_tape(PyObject *module, PyObject *args);
+PyObject *tape_slopes(PyObject *module, PyObject *args);
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);

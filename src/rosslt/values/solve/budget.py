@@ -6,6 +6,7 @@ of the expression evaluated once, 0.2 to 0.4 microseconds; the derivative of one
 
 from typing import Dict, Iterable, List, Mapping, Optional
 
+from ..accelerator import CORE
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
 from ..operations.inverses import NoPreimage
@@ -88,6 +89,7 @@ class Trial:
         self.steps = steps
         self._most_bits = MOST_BITS if int in map(type, base) else 0
         self.work = len(steps) + len(base) // 16 + 10
+        self.tape = None if CORE is None else CORE.tape(steps, graph.records, base)
         budget.spend(len(base))
 
     def values(self, changes: Mapping[Source, Value]) -> List[Value]:
@@ -99,7 +101,13 @@ class Trial:
         """
         self.budget.spend(self.work)
         values = list(self.base)
-        self.graph.run(self.steps, values, changes, self._most_bits)
+        if self.tape is None:
+            self.graph.run(self.steps, values, changes, self._most_bits)
+            return values
+        for source, value in changes.items():
+            for place in self.graph.occurrences[source]:
+                values[place] = value
+        CORE.run_tape(self.tape, values)
         return values
 
     def tried(self, changes: Mapping[Source, Value]) -> Optional[List[Value]]:

@@ -3,12 +3,13 @@
 import math
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from ..accelerator import CORE
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
 from ..sources import Source
 from ..tolerances import almost_meets
-from .budget import Budget, Trial
-from .least_squares import Rows
+from .budget import WORK_OF_A_SLOPE, Budget, Trial
+from .least_squares import HUGE, Rows
 from .periods import Periods
 
 Goal = Tuple[str, Value, Value]
@@ -105,10 +106,36 @@ class Equations:
         Raises:
             OverflowError: no float holds one.
         """
-        partials = self._trial.partials(values)
         places = [equation.place for equation in equations]
-        rows: Rows = [{} for _ in equations]
-        if len(self._unknowns) < len(equations):
+        rows = self._slopes_of_tape(values, places) or self._slopes(values, places)
+        rows = [
+            {column: float(slope * equation.unit) for column, slope in sorted(row.items()) if slope}
+            for row, equation in zip(rows, equations)
+        ]
+        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
+            raise OverflowError('a slope that no float holds')
+        return rows
+
+    def _slopes_of_tape(self, values: List[Value], places: List[int]) -> Optional[Rows]:
+        """`_slopes` by the compiled core, None if it does not know all operations or the way to the sources."""
+        tape, width = self._trial.tape, len(self._unknowns)
+        is_forwards = width < len(places)
+        if tape is None or min(width, len(places)) >= HUGE:
+            return None
+        below = None if is_forwards else [self._below.get(place) for place in places]
+        if below and None in below:
+            return None
+        self._budget.spend(self._trial.work * WORK_OF_A_SLOPE)
+        self._budget.spend(2 * sum(map(len, below)) if below else width * len(self._trial.steps))
+        occurrences = [self._graph.occurrences[source] for source in self._unknowns]
+        lines = CORE.tape_slopes(tape, values, occurrences, places, below)
+        return [dict(enumerate(line)) for line in (zip(*lines) if is_forwards else lines)]
+
+    def _slopes(self, values: List[Value], places: List[int]) -> Rows:
+        """The slopes of nodes for each unknown, at such values."""
+        partials = self._trial.partials(values)
+        rows: Rows = [{} for _ in places]
+        if len(self._unknowns) < len(places):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
                 rise = self._graph.tangent(source, partials)
@@ -122,12 +149,6 @@ class Equations:
                 for source, slope in self._graph.gradient(place, partials, self._below[place]).items():
                     if source in self._columns:
                         row[self._columns[source]] = slope
-        rows = [
-            {column: float(slope * equation.unit) for column, slope in row.items() if slope}
-            for row, equation in zip(rows, equations)
-        ]
-        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
-            raise OverflowError('a slope that no float holds')
         return rows
 
 

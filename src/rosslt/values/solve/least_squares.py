@@ -39,6 +39,10 @@ def shortest_step(
     Raises:
         ArithmeticError: singular; more damping helps.
     """
+    width = min(len(rows), len(scales))
+    if LARGE <= width < HUGE:
+        with contextlib.suppress(ImportError):
+            return _with_numpy(rows, missing, scales, damping, by_row)
     scaled = [{place: slope * scales[place] for place, slope in row.items()} for row in rows]
     lengths = [math.sqrt(sum([part * part for part in row.values()])) for row in scaled]
     if not all(1e-150 < length < 1e150 for length in lengths):
@@ -71,9 +75,6 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     with contextlib.suppress(ImportError):
         if size >= HUGE:
             return _with_scipy(rows, right, columns, damping)
-    with contextlib.suppress(ImportError):
-        if size >= LARGE:
-            return _with_numpy(rows, right, columns, damping)
     if wide:
         weights = solved(_products(rows, damping), [[value] for value in right])
         step = [0.0] * len(columns)
@@ -89,23 +90,35 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     return [part for (part,) in solved(_products(turned, damping), sums)]
 
 
-def _with_numpy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
+def _with_numpy(
+    rows: Rows, missing: Sequence[float], scales: Sequence[float], damping: float, by_row: bool
+) -> List[float]:
     import numpy
 
-    matrix = numpy.zeros((len(rows), len(columns)))
-    for line, row in zip(matrix, rows):
-        line[[columns[place] for place in row]] = list(row.values())
-    target = numpy.array(right)
+    matrix = numpy.array([[row.get(place, 0.0) for place in range(len(scales))] for row in rows]) * scales
+    largest = numpy.abs(matrix).max(axis=1, keepdims=True)
+    largest[largest == 0.0] = 1.0
+    lengths = largest * numpy.sqrt(((matrix / largest) ** 2).sum(axis=1, keepdims=True))
+    lengths[lengths == 0.0] = 1.0
+    if not by_row:
+        lengths[:] = math.hypot(*lengths[:, 0].tolist())
+    matrix /= lengths
+    right = missing / lengths[:, 0]
+    used = matrix.any(axis=0)
+    step = numpy.zeros(len(scales))
     try:
-        if len(rows) <= len(columns):
+        if len(rows) <= used.sum():
             square = matrix @ matrix.T
             square.flat[:: len(rows) + 1] += damping
-            return (matrix.T @ numpy.linalg.solve(square, target)).tolist()
-        square = matrix.T @ matrix
-        square.flat[:: len(columns) + 1] += damping
-        return numpy.linalg.solve(square, matrix.T @ target).tolist()
+            step = matrix.T @ numpy.linalg.solve(square, right)
+        else:
+            matrix = matrix[:, used]
+            square = matrix.T @ matrix
+            square.flat[:: len(square) + 1] += damping
+            step[used] = numpy.linalg.solve(square, matrix.T @ right)
     except numpy.linalg.LinAlgError as error:
         raise ArithmeticError(str(error)) from None
+    return (step * scales).tolist()
 
 
 def _with_scipy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
