@@ -8,11 +8,12 @@ one turn to each side. `solve` is given the forward kinematics as expressions of
 nine elements of the rotation. An answer is right if it misses none of the twelve by more than 1e-5 (metres, or 1) and
 is within the limits.
 
-KDL's Newton-Raphson with joint limits and TRAC-IK, if they are installed, are asked for the same poses. Beside the rates
-stand those that the authors of TRAC-IK publish, of chains that may have other limits and tips.
+KDL's Newton-Raphson with joint limits and TRAC-IK, if they are installed, are asked for the same poses. Beside the
+rates stand those that the authors of TRAC-IK publish, of chains that may have other limits and tips.
 """
 
 import argparse
+import functools
 import math as plain_math
 import os
 import random
@@ -21,12 +22,10 @@ import time
 import xml.etree.ElementTree as ElementTree
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosslt import NotInvertible, Source, evaluate, math, solve, track
+from rosslt import NotInvertible, Source, math, solve, track
 
 sys.path.append(os.environ['ROSSLT_IK_PATH'])
 ROBOTS = os.path.join(os.environ['ROSSLT_IK_PATH'], 'cmeel.prefix/share/example-robot-data/robots')
-if not os.path.isdir(ROBOTS):
-    ROBOTS = os.path.join(os.environ['ROSSLT_IK_PATH'], '../../../../cmeel.prefix/share/example-robot-data/robots')
 
 CHAINS = {
     'Panda': ('panda_description/urdf/panda.urdf', 'panda_link0', 'panda_link8', 99.49, 61.52),
@@ -279,7 +278,7 @@ def row(robot: str, name: str, published: str, result: Tuple[float, int, List[fl
 
 
 def drag_steps(arm: Arm, target: Sequence[float]) -> List[float]:
-    """The times of the steps of a drag of the tip's position, 100 steps straight to another pose, in seconds, sorted."""
+    """The times of a drag of the tip's position, 100 steps straight to another pose, in seconds, sorted."""
     from rosslt.values.solve import continued
 
     taken = []
@@ -303,7 +302,9 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--robot', nargs='*', default=list(CHAINS), choices=list(CHAINS))
     options = parser.parse_args()
-    print('%-8s %-8s %8s %10s %6s %9s %9s %9s' % ('', '', 'right %', 'published', 'wrong', 'median ms', '95 %', 'worst'))
+    print(
+        '%-8s %-8s %8s %10s %6s %9s %9s %9s' % ('', '', 'right %', 'published', 'wrong', 'median ms', '95 %', 'worst')
+    )
     for robot in options.robot:
         path, base, tip, published, published_kdl = CHAINS[robot]
         name = os.path.join(ROBOTS, path)
@@ -312,8 +313,8 @@ def main() -> None:
         poses = [arm.at([chance.uniform(*limits) for limits in arm.limits]) for _ in range(options.poses)]
         row(robot, 'rosslt', '', measured(arm, poses, with_rosslt(arm)))
         for label, make, rate in (
-            ('TRAC-IK', lambda: with_trac_ik(arm, name, base, tip), published),
-            ('KDL', lambda: with_kdl(arm), published_kdl),
+            ('TRAC-IK', functools.partial(with_trac_ik, arm, name, base, tip), published),
+            ('KDL', functools.partial(with_kdl, arm), published_kdl),
         ):
             try:
                 solver = make()
@@ -326,7 +327,11 @@ def main() -> None:
         if steps:
             print(
                 '%-8s %-34s %9.2f %9.2f %9.2f'
-                % (robot, 'a step of a drag of the position', *[1e3 * steps[int(part * (len(steps) - 1))] for part in (0.5, 0.95, 1)])
+                % (
+                    robot,
+                    'a step of a drag of the position',
+                    *[1e3 * steps[int(part * (len(steps) - 1))] for part in (0.5, 0.95, 1)],
+                )
             )
 
 

@@ -234,19 +234,15 @@ class Graph:
 
     def affine(self, depends: List[bool]) -> List[bool]:
         """Return a flag for each node: True if it is affine in all changing sources together."""
-        index = self.index
-        flags: List[bool] = []
-        for place, (form, first, second) in enumerate(self.records):
-            affine = True
-            if not depends[place] or form is SOURCE:
-                pass
-            elif form.single_operand:
-                affine = form.affine and flags[index[id(first)]]
-            else:
-                places = [index[id(operand)] for operand in form.operands(first, second)]
-                affine = form.is_affine(first, second, [depends[at] for at in places])
-                affine = affine and all(flags[at] for at in places)
-            flags.append(affine)
+        flags = [True] * len(self.nodes)
+        for place, forward, first, second, _ in self.steps(depends):
+            form, of, by = self.records[place]
+            if form.single_operand:
+                flags[place] = form.affine and flags[first]
+                continue
+            places = first if forward is None else (first, second)
+            is_affine = all(flags[at] for at in places)
+            flags[place] = is_affine and form.is_affine(of, by, [depends[at] for at in places])
         return flags
 
 

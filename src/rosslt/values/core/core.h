@@ -262,6 +262,7 @@ PyObject *resized(PyObject *module, PyObject *args);
 PyObject *make_tape(PyObject *module, PyObject *args);     /* tapes.c */
 PyObject *run_tape(PyObject *module, PyObject *args);
 PyObject *tape_slopes(PyObject *module, PyObject *args);
+PyObject *shortest_step(PyObject *module, PyObject *args); /* steps.c */
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);

@@ -61,8 +61,10 @@ static PyMethodDef functions[] = {
      "tape(steps, records, values): what `run_tape` needs, or None if an operation is none of floats that it knows."},
     {"run_tape", run_tape, METH_VARARGS, "run_tape(tape, values): as `Graph.run` does."},
     {"tape_slopes", tape_slopes, METH_VARARGS,
-     "tape_slopes(tape, values, places of each source, roots, `Graph.below` of each root or None): the slopes of the "
-     "roots, a list for each root, or for each source without `below`."},
+     "tape_slopes(tape, values, places of each source, roots, unit of each, `Graph.below` of each or None): as "
+     "`Equations._jacobian` does; by sweeps forwards without `below`."},
+    {"shortest_step", shortest_step, METH_VARARGS, "shortest_step(rows, missing, scales, damping, by_row): as in\n"
+     "least_squares.py, or NotImplemented."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},

@@ -1,5 +1,5 @@
-/* What are the values of a graph's nodes if some have changed, and what are the slopes? `Graph.run`, `partials`, `tangent`
-   and `gradient` of `graph.py`, on doubles, for the operations that positions and angles are made of: a tape has an
+/* What are the values of a graph's nodes if some have changed, and what are the slopes? `Graph.run`, `partials`,
+   `tangent` and `gradient` of `graph.py`, on doubles, for the operations that positions and angles are made of: a tape has an
    entry for each node. */
 
 #include "core.h"
@@ -179,64 +179,98 @@ static void rise(const Entry *entries, const Slopes *slopes, Py_ssize_t size, do
     }
 }
 
+/* Put a slope that is not 0 into a row: -1 with an error. */
+static int put_slope(PyObject *row, Py_ssize_t column, double slope)
+{
+    if (slope == 0.0) return 0;
+    if (!isfinite(slope)) {
+        PyErr_SetString(PyExc_OverflowError, "a slope that no float holds");
+        return -1;
+    }
+    PyObject *key = PyLong_FromSsize_t(column), *number = PyFloat_FromDouble(slope);
+    int status = key == NULL || number == NULL ? -1 : PyDict_SetItem(row, key, number);
+    Py_XDECREF(key);
+    Py_XDECREF(number);
+    return status;
+}
+
+/* Sweep forwards for each source, and put the slopes of all roots into their rows: -1 with an error. */
+static int put_columns(const Entry *entries, const Slopes *slopes, Py_ssize_t size, double *rises, PyObject *sources,
+                       PyObject *roots, const double *units, PyObject *rows)
+{
+    for (Py_ssize_t column = 0; column < PyList_GET_SIZE(sources); column++) {
+        PyObject *places = PyList_GET_ITEM(sources, column);
+        memset(rises, 0, (size_t)size * sizeof(double));
+        for (Py_ssize_t at = 0; at < PyList_GET_SIZE(places); at++) {
+            rises[PyLong_AsLong(PyList_GET_ITEM(places, at))] = 1.0;
+        }
+        rise(entries, slopes, size, rises);
+        for (Py_ssize_t row = 0; row < PyList_GET_SIZE(roots); row++) {
+            double slope = rises[PyLong_AsLong(PyList_GET_ITEM(roots, row))];
+            if (put_slope(PyList_GET_ITEM(rows, row), column, slope * units[row]) < 0) return -1;
+        }
+    }
+    return 0;
+}
+
+/* Sweep backwards from a root, and put its slopes for all sources into its row: -1 with an error. */
+static int put_row(const Entry *entries, const Slopes *slopes, Py_ssize_t size, double *weights, PyObject *sources,
+                   long root, PyObject *below, double unit, PyObject *row)
+{
+    memset(weights, 0, (size_t)size * sizeof(double));
+    weights[root] = 1.0;
+    for (Py_ssize_t at = 0; at < PyList_GET_SIZE(below); at++) {
+        long place = PyLong_AsLong(PyList_GET_ITEM(below, at));
+        double weight = weights[place];
+        if (entries[place].kind == STILL || weight == 0.0) continue;
+        if (slopes[place].first != 0.0) weights[entries[place].first] += weight * slopes[place].first;
+        if (slopes[place].second != 0.0) weights[entries[place].second] += weight * slopes[place].second;
+    }
+    for (Py_ssize_t column = 0; column < PyList_GET_SIZE(sources); column++) {
+        PyObject *places = PyList_GET_ITEM(sources, column);
+        double slope = 0.0;
+        for (Py_ssize_t at = PyList_GET_SIZE(places) - 1; at >= 0; at--) {
+            slope += weights[PyLong_AsLong(PyList_GET_ITEM(places, at))];
+        }
+        if (put_slope(row, column, slope * unit) < 0) return -1;
+    }
+    return 0;
+}
+
 PyObject *tape_slopes(PyObject *module, PyObject *args)
 {
-    PyObject *tape, *values, *sources, *roots, *below, *result = NULL;
-    if (!PyArg_ParseTuple(args, "SO!O!O!O:tape_slopes", &tape, &PyList_Type, &values, &PyList_Type, &sources, &PyList_Type,
-                          &roots, &below)) {
+    PyObject *tape, *values, *sources, *roots, *of_units, *below, *rows = NULL;
+    if (!PyArg_ParseTuple(args, "SO!O!O!O!O:tape_slopes", &tape, &PyList_Type, &values, &PyList_Type, &sources,
+                          &PyList_Type, &roots, &PyList_Type, &of_units, &below)) {
         return NULL;
     }
     const Entry *entries = (const Entry *)PyBytes_AS_STRING(tape);
-    Py_ssize_t size = PyBytes_GET_SIZE(tape) / (Py_ssize_t)sizeof(Entry), count = PyList_GET_SIZE(sources);
-    double *numbers = as_doubles(values);
+    Py_ssize_t size = PyBytes_GET_SIZE(tape) / (Py_ssize_t)sizeof(Entry), height = PyList_GET_SIZE(roots);
+    double *numbers = as_doubles(values), *units = as_doubles(of_units);
     double *changes = PyMem_Malloc(((size_t)size + 1) * sizeof(double));
     Slopes *slopes = PyMem_Malloc(((size_t)size + 1) * sizeof(Slopes));
     if (changes == NULL || slopes == NULL) PyErr_NoMemory();
-    if (numbers == NULL || changes == NULL || slopes == NULL) goto done;
+    if (numbers == NULL || units == NULL || changes == NULL || slopes == NULL) goto done;
     for (Py_ssize_t at = 0; at < size; at++) slopes[at] = slopes_of(entries + at, numbers);
-    int is_forwards = below == Py_None;
-    result = PyList_New(0);
-    for (Py_ssize_t row = 0; result != NULL && row < (is_forwards ? count : PyList_GET_SIZE(roots)); row++) {
-        memset(changes, 0, (size_t)size * sizeof(double));
-        if (is_forwards) {
-            PyObject *places = PyList_GET_ITEM(sources, row);
-            for (Py_ssize_t at = 0; at < PyList_GET_SIZE(places); at++) {
-                changes[PyLong_AsLong(PyList_GET_ITEM(places, at))] = 1.0;
-            }
-            rise(entries, slopes, size, changes);
-        } else {
-            PyObject *places = PyList_GET_ITEM(below, row);
-            changes[PyLong_AsLong(PyList_GET_ITEM(roots, row))] = 1.0;
-            for (Py_ssize_t at = 0; at < PyList_GET_SIZE(places); at++) {
-                long place = PyLong_AsLong(PyList_GET_ITEM(places, at));
-                double weight = changes[place];
-                if (entries[place].kind == STILL || weight == 0.0) continue;
-                if (slopes[place].first != 0.0) changes[entries[place].first] += weight * slopes[place].first;
-                if (slopes[place].second != 0.0) changes[entries[place].second] += weight * slopes[place].second;
-            }
+    rows = PyList_New(0);
+    for (Py_ssize_t at = 0; rows != NULL && at < height; at++) {
+        PyObject *row = PyDict_New();
+        if (row == NULL || PyList_Append(rows, row) < 0 ||
+            (below != Py_None &&
+             put_row(entries, slopes, size, changes, sources, PyLong_AsLong(PyList_GET_ITEM(roots, at)),
+                     PyList_GET_ITEM(below, at), units[at], row) < 0)) {
+            Py_CLEAR(rows);
         }
-        Py_ssize_t width = is_forwards ? PyList_GET_SIZE(roots) : count;
-        PyObject *line = PyList_New(width);
-        for (Py_ssize_t column = 0; line != NULL && column < width; column++) {
-            double slope = 0.0;
-            if (is_forwards) {
-                slope = changes[PyLong_AsLong(PyList_GET_ITEM(roots, column))];
-            } else {
-                PyObject *places = PyList_GET_ITEM(sources, column);
-                for (Py_ssize_t at = PyList_GET_SIZE(places) - 1; at >= 0; at--) {
-                    slope += changes[PyLong_AsLong(PyList_GET_ITEM(places, at))];
-                }
-            }
-            PyObject *number = PyFloat_FromDouble(slope);
-            if (number == NULL) Py_CLEAR(line);
-            else PyList_SET_ITEM(line, column, number);
-        }
-        if (line == NULL || PyList_Append(result, line) < 0) Py_CLEAR(result);
-        Py_XDECREF(line);
+        Py_XDECREF(row);
+    }
+    if (rows != NULL && below == Py_None &&
+        put_columns(entries, slopes, size, changes, sources, roots, units, rows) < 0) {
+        Py_CLEAR(rows);
     }
 done:
     PyMem_Free(numbers);
+    PyMem_Free(units);
     PyMem_Free(changes);
     PyMem_Free(slopes);
-    return result;
+    return rows;
 }

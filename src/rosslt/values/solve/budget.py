@@ -10,7 +10,7 @@ from ..accelerator import CORE
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
 from ..operations.inverses import NoPreimage
-from ..operations.table import MOST_BITS
+from ..operations.table import ADD, COS, DIVIDE, MOST_BITS, MULTIPLY, NEGATE, SIN, SUBTRACT
 from ..sources import Source
 
 WORK = 450_000
@@ -19,8 +19,19 @@ WORK = 450_000
 WORK_PER_NODE = 400
 """... and for each node besides, as a long chain may need many evaluations."""
 
+RESTARTS_PER_NODE = 10_000
+MOST_OF_RESTARTS = 6_000_000
+"""The work of restarts, in expressions that the compiled core evaluates in a tenth of the time: for each node as
+much as some 50 descents, and at most so much, which is 100 milliseconds."""
+
 WORK_OF_A_SLOPE = 3
 """The work of a node's slopes, in evaluations of that node."""
+
+
+ON_TAPE = {NEGATE.left, SIN.left, COS.left}.union(
+    *[(row.left, row.right, row.both) for row in (ADD, SUBTRACT, MULTIPLY, DIVIDE)]
+)
+"""The forms of record that the compiled core evaluates several times faster than Python."""
 
 
 class Exhausted(NoPreimage):
@@ -41,6 +52,11 @@ class Budget:
     def of(cls, graph: Graph) -> 'Budget':
         """The budget for solving for results of a graph."""
         return cls(WORK + WORK_PER_NODE * len(graph.nodes))
+
+    @classmethod
+    def of_restarts(cls, graph: Graph) -> 'Budget':
+        """The budget for starting again from other values."""
+        return cls(min(RESTARTS_PER_NODE * len(graph.nodes), MOST_OF_RESTARTS))
 
     def share(self, part: float) -> 'Budget':
         """Take a part out of the budget; `refund` gives back the work that was not needed."""
@@ -91,6 +107,18 @@ class Trial:
         self.work = len(steps) + len(base) // 16 + 10
         self.tape = None if CORE is None else CORE.tape(steps, graph.records, base)
         budget.spend(len(base))
+
+    def operands(self) -> Dict[int, tuple]:
+        """The operands of the nodes that may change, as `partials` gives them, with 0 for each slope; for a tape."""
+        return {
+            place: ((first, 0),) if second is None else ((first, 0), (second, 0))
+            for place, _, first, second, _ in self.steps
+        }
+
+    def is_fast(self) -> bool:
+        """Return True if the compiled core, if there is one, evaluates all of the expressions."""
+        records = self.graph.records
+        return all(records[step[0]][0] in ON_TAPE and type(self.base[step[0]]) is float for step in self.steps)
 
     def values(self, changes: Mapping[Source, Value]) -> List[Value]:
         """The values of all nodes for other source values.

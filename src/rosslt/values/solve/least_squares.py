@@ -9,11 +9,12 @@ import itertools
 import math
 from typing import Dict, List, Sequence
 
+from ..accelerator import CORE
 from ..elimination import solved
 
 Rows = List[Dict[int, float]]
 
-LARGE = 5
+LARGE = 16
 """Systems from this size on are worth the way to NumPy."""
 
 HUGE = 300
@@ -39,16 +40,18 @@ def shortest_step(
     Raises:
         ArithmeticError: singular; more damping helps.
     """
-    width = min(len(rows), len(scales))
-    if LARGE <= width < HUGE:
-        with contextlib.suppress(ImportError):
-            return _with_numpy(rows, missing, scales, damping, by_row)
+    if CORE is not None and min(len(rows), len(scales)) < LARGE:
+        found = CORE.shortest_step(rows, missing, scales, damping, by_row)
+        if found is not NotImplemented:
+            return list(found)
     scaled = [{place: slope * scales[place] for place, slope in row.items()} for row in rows]
     lengths = [math.sqrt(sum([part * part for part in row.values()])) for row in scaled]
-    if not all(1e-150 < length < 1e150 for length in lengths):
+    is_ordinary = all(1e-150 < length < 1e150 for length in lengths)
+    if not is_ordinary:
         lengths = [math.hypot(*row.values()) or 1.0 for row in scaled]
     if not by_row:
-        lengths = [math.hypot(*lengths) or 1.0] * len(rows)
+        square = sum([length * length for length in lengths]) if is_ordinary else 0.0
+        lengths = [math.sqrt(square) if is_ordinary else math.hypot(*lengths) or 1.0] * len(rows)
     scaled = [{place: part / length for place, part in row.items()} for row, length in zip(scaled, lengths)]
     right = [value / length for value, length in zip(missing, lengths)]
     used = sorted({place for row in scaled for place in row})
@@ -75,6 +78,9 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     with contextlib.suppress(ImportError):
         if size >= HUGE:
             return _with_scipy(rows, right, columns, damping)
+    with contextlib.suppress(ImportError):
+        if size >= LARGE:
+            return _with_numpy(rows, right, columns, damping)
     if wide:
         weights = solved(_products(rows, damping), [[value] for value in right])
         step = [0.0] * len(columns)
@@ -90,35 +96,23 @@ def _dense(rows: Rows, right: List[float], columns: Dict[int, int], damping: flo
     return [part for (part,) in solved(_products(turned, damping), sums)]
 
 
-def _with_numpy(
-    rows: Rows, missing: Sequence[float], scales: Sequence[float], damping: float, by_row: bool
-) -> List[float]:
+def _with_numpy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
     import numpy
 
-    matrix = numpy.array([[row.get(place, 0.0) for place in range(len(scales))] for row in rows]) * scales
-    largest = numpy.abs(matrix).max(axis=1, keepdims=True)
-    largest[largest == 0.0] = 1.0
-    lengths = largest * numpy.sqrt(((matrix / largest) ** 2).sum(axis=1, keepdims=True))
-    lengths[lengths == 0.0] = 1.0
-    if not by_row:
-        lengths[:] = math.hypot(*lengths[:, 0].tolist())
-    matrix /= lengths
-    right = missing / lengths[:, 0]
-    used = matrix.any(axis=0)
-    step = numpy.zeros(len(scales))
+    matrix = numpy.zeros((len(rows), len(columns)))
+    for line, row in zip(matrix, rows):
+        line[[columns[place] for place in row]] = list(row.values())
+    target = numpy.array(right)
     try:
-        if len(rows) <= used.sum():
+        if len(rows) <= len(columns):
             square = matrix @ matrix.T
             square.flat[:: len(rows) + 1] += damping
-            step = matrix.T @ numpy.linalg.solve(square, right)
-        else:
-            matrix = matrix[:, used]
-            square = matrix.T @ matrix
-            square.flat[:: len(square) + 1] += damping
-            step[used] = numpy.linalg.solve(square, matrix.T @ right)
+            return (matrix.T @ numpy.linalg.solve(square, target)).tolist()
+        square = matrix.T @ matrix
+        square.flat[:: len(columns) + 1] += damping
+        return numpy.linalg.solve(square, matrix.T @ target).tolist()
     except numpy.linalg.LinAlgError as error:
         raise ArithmeticError(str(error)) from None
-    return (step * scales).tolist()
 
 
 def _with_scipy(rows: Rows, right: List[float], columns: Dict[int, int], damping: float) -> List[float]:
