@@ -22,7 +22,7 @@ WORK_PER_NODE = 400
 RESTARTS_PER_NODE = 10_000
 MOST_OF_RESTARTS = 6_000_000
 """The work of restarts, in expressions that the compiled core evaluates in a tenth of the time: for each node as
-much as some 50 descents, and at most so much, which is 100 milliseconds."""
+much as some 50 descents, and at most so much, which is 140 milliseconds."""
 
 WORK_OF_A_SLOPE = 3
 """The work of a node's slopes, in evaluations of that node."""
