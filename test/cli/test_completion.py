@@ -5,7 +5,26 @@ import subprocess
 
 import pytest
 
+from support.processes import Node, wait_until
+
 pytestmark = pytest.mark.rostest
+
+#: Sends joints, and a frame of tf.
+ARM = """
+    from geometry_msgs.msg import TransformStamped
+    from sensor_msgs.msg import JointState
+    from tf2_msgs.msg import TFMessage
+
+    command = rospy.Publisher('command', JointState, queue_size=1)
+    tf = rospy.Publisher('/tf', TFMessage, queue_size=1)
+    hand = TransformStamped(child_frame_id='hand')
+    hand.header.frame_id = 'world'
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        command.publish(JointState(name=['shoulder', 'elbow'], position=[0.5, 1.0]))
+        tf.publish(TFMessage([hand]))
+        rate.sleep()
+    """
 
 #: Asks bash for its completions of a line, as it does itself when somebody types tab.
 ASK = r"""
@@ -66,6 +85,18 @@ def completions(line):
 )
 def test_what_may_stand_there_is_offered(nodes, line, expected):
     assert completions(line) == expected
+
+
+def test_what_a_device_may_move_and_what_may_move_it_is_offered(nodes):
+    with Node('arm', ARM):
+        wait_until(lambda: 'elbow' in ''.join(completions('rosslt teach /command:')), 'the joints are sent')
+        assert completions('rosslt teach /command:') == ['shoulder ', 'elbow ']
+        assert completions('rosslt teach /comm') == ['/command ', '/command:']
+        assert completions('rosslt teach /talker/fi') == ['/talker/fixed ']
+        assert completions('rosslt teach /gate/pose/position/') == [f'/gate/pose/position/{axis} ' for axis in 'xyz']
+        assert 'tf:' in completions('rosslt teach /gate --by t')
+        assert completions('rosslt teach /gate --by tf:') == ['hand ', 'world ']
+        assert completions('rosslt teach /gate --by /comm') == ['/command ']
 
 
 def test_every_verb_is_offered():

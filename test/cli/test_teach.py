@@ -73,6 +73,13 @@ def test_both_sides_of_a_match_are_completed(monkeypatch, capsys):
         assert capsys.readouterr().out.splitlines() == ['/goal ', '/goal/data ']
 
 
+def test_a_joint_is_completed_behind_the_colon_as_bash_splits_words(monkeypatch, capsys):
+    monkeypatch.setattr(completers, 'targets', lambda word, before=(): ['/command:elbow '])
+    for typed, seen in (('', ':'), ('el', 'el')):
+        completion.write_completions('rosslt teach /command:' + typed, seen)
+        assert capsys.readouterr().out == 'elbow \n'
+
+
 def test_pipe_gets_a_line_for_each_press_and_each_remark(capsys):
     from rosslt.teach import Answer
 

@@ -1,5 +1,6 @@
 """An exception names the numbers that an earlier run of the node has left, and the command has them dropped."""
 
+import json
 import signal
 import subprocess
 
@@ -98,6 +99,9 @@ def test_a_change_that_a_launch_file_has_overwritten_is_named(master, tmp_path):
     rospy.set_param('/launched_anew/fast', 2.5)
     with Unmodified(tmp_path, 'launched_anew', text) as again:
         wait_until(lambda: '~slow' in command('list', '/launched_anew').stdout, 'its locations')
+        kept = {'/launched_anew/slow': 0.5, '/launched_anew/fast': 2.5}
+        records = '/launched_anew/rosslt_records/_set_parameters'
+        wait_until(lambda: json.loads(rospy.get_param(records)) == kept, 'what it has said is kept')
         _, _, errors = again.stop()
     for name, now, then in (('slow', 0.5, 0.25), ('fast', 2.5, 4.0)):
         told = f'/launched_anew/{name} is {now}: it was changed to {then} in an earlier run, and set to another value'

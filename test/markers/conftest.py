@@ -30,6 +30,7 @@ def asked(monkeypatch, present):
 
     monkeypatch.setattr(change_request, 'new_request_id', note_id)
     monkeypatch.setattr(change_request, 'request_values', request_values)
+    monkeypatch.setattr(change_request, 'outdated_after', lambda request_id, nodes, timeout: '')
     monkeypatch.setattr(node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
     monkeypatch.setattr(node, 'reevaluate', lambda x, timeout: x)
     monkeypatch.setattr(change_request, 'reevaluate', lambda x, timeout, asker: x)

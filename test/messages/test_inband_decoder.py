@@ -166,4 +166,5 @@ def test_slopes_beyond_all_floats_do_no_harm(caplog):
     for full in (False, True):
         assert sources(decode(in_band(message), Float64MultiArray).message.data[1]) == [TWO]
         assert encode(message, full)
-    assert 'failed' not in caplog.text
+    # other threads may ask services meanwhile
+    assert not [one for one in caplog.records if one.name == 'rosout' and 'failed' in one.getMessage()]

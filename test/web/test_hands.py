@@ -1,6 +1,7 @@
-"""Hands on arrows and rings of the page; and two hands on one thing, in two browsers."""
+"""Hands on arrows and rings of the page; two hands on one thing, in two browsers; and a thing that a device holds."""
 
 import math
+import shutil
 
 import pytest
 
@@ -8,6 +9,7 @@ from support.browser import PATIENCE, Browser
 from support.processes import Node, wait_until
 from support.scenery import marker_node, value
 from support.shell import rosslt
+from support.teaching import Teach
 
 pytestmark = pytest.mark.rostest
 
@@ -98,3 +100,26 @@ def test_of_two_browsers_the_first_hand_holds_a_thing_and_the_other_one_follows(
         first.see((-1.0, 0.0, 0.0))
     finally:
         second.close()
+
+
+JOYSTICK = """
+    from sensor_msgs.msg import Joy
+
+    joy = rospy.Publisher('/joy', Joy, queue_size=1)
+    rate = rospy.Rate(20)
+    while not rospy.is_shutdown():
+        joy.publish(Joy(axes=[0.0, 0.0, 0.0], buttons=[1]))
+        rate.sleep()
+    """
+
+
+def test_the_page_says_which_device_holds_a_thing_and_leaves_it_to_that(first):
+    with Node('joystick', JOYSTICK):
+        teaching = Teach(shutil.which('rosslt'), 'teach', '/box', '--by', '/joy', '--wait', '60')
+        try:
+            teaching.wait_for('holds')
+            first.wait_for_text('held by /joy')
+            first.drag_until(lambda: HELD in first.text, box_at, (-1.0, 0.0, 0.0), 'the mouse is refused')
+            assert value('/box/along') == 0.0
+        finally:
+            teaching.stop()

@@ -16,6 +16,12 @@ from rosslt.node import Directory
 #: Timeout of completion for a master or a node, in seconds.
 _TIMEOUT = 0.7
 
+#: The type of the messages of joints.
+_JOINTS = 'sensor_msgs/JointState'
+
+#: What the name of a device begins with that is a frame of tf.
+_TF = 'tf:'
+
 
 def nodes(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """Nodes that have locations."""
@@ -59,6 +65,32 @@ def fields(word: str, before: Sequence[str] = ()) -> Iterable[str]:
     return topics(word, before, end='/')
 
 
+def targets(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """What a device may move: TOPIC[/FIELD], TOPIC:JOINT, NODE/LOCATION."""
+    head, colon, _ = word.partition(':')
+    types = dict(find_master(_TIMEOUT).getPublishedTopics('/'))
+    if colon:
+        topic = full_name(head)
+        heard = _heard([topic]) if types.get(topic) == _JOINTS else []
+        return [f'{head}:{name} ' for name in dict.fromkeys(name for message in heard for name in message.name)]
+    joints = _as_typed([topic + ':' for topic, type_ in types.items() if type_ == _JOINTS], word)
+    return [*topics(word), *joints, *locations(word)]
+
+
+def devices(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
+    """What may move a thing or a number: TOPIC[/FIELD], tf:FRAME."""
+    if not word.startswith(_TF):
+        return [_TF, *topics(word)]
+    published = dict(find_master(_TIMEOUT).getPublishedTopics('/'))
+    frames = {
+        name.lstrip('/')
+        for message in _heard([topic for topic in ('/tf', '/tf_static') if topic in published])
+        for transform in message.transforms
+        for name in (transform.header.frame_id, transform.child_frame_id)
+    }
+    return [f'{_TF}{name} ' for name in sorted(frames)]
+
+
 def matches(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """WANTED=MEASURED: the fields of topics on both sides."""
     wanted, equals, measured = word.partition('=')
@@ -82,6 +114,16 @@ def message_types(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
 def message_packages(_word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """Packages that have messages."""
     return [name + ' ' for name in messages.MessagePath().packages()]
+
+
+def _heard(names: Sequence[str]) -> List[messages.Message]:
+    """The messages that topics send within a short time; none if nobody publishes them."""
+    if not names:
+        return []
+    from rosslt.cli.reading import listener  # with a node of its own, which other words do without
+
+    with listener(*names) as stream:
+        return [heard.message for heard in stream.during(_TIMEOUT)]
 
 
 def _fields(type_: str, path: str) -> List[str]:

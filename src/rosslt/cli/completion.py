@@ -16,7 +16,7 @@ def write_completions(line: str, seen: str) -> None:
         seen: the last word as bash sees it: only its end if the word has a colon or an equals sign; that sign itself if
             nothing is behind it yet.
     """
-    seen = '' if seen == '=' else seen
+    seen = '' if seen in ('=', ':') else seen
     words = line.split()[1:]
     word = words.pop() if words and not line[-1:].isspace() else ''
     with contextlib.suppress(Failure):

@@ -28,4 +28,4 @@ from rosslt.markers.scene.numbers import NumbersHandle
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.shapes import plain_pose
-from rosslt.markers.scene.topics import Graph, Watch
+from rosslt.markers.scene.topics import Graph, Watch, is_visible

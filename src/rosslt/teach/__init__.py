@@ -6,7 +6,20 @@ room may import the rooms `markers`, `node`, `files`, `messages` and `values`, a
 `device` finds one, and a `Teacher` has it move a thing.
 """
 
-from rosslt.teach.devices import DEVICES, TF, WAYS, Joints, Joystick, NotTaught, Numbers, Options, device
+from rosslt.teach.devices import (
+    DEVICES,
+    JOINTS,
+    TF,
+    WAYS,
+    Device,
+    Joints,
+    Joystick,
+    NotTaught,
+    Numbers,
+    Options,
+    Stick,
+    device,
+)
 from rosslt.teach.matcher import Matcher
 from rosslt.teach.pairing import Field
 from rosslt.teach.presses import Answer, Presses

@@ -54,8 +54,8 @@ class Options(NamedTuple):
     """The options that a user has chosen for a device.
 
     Attributes:
-        axes: the numbers of the axes of a Joy that are x, y and z.
-        speed: that of a Joy whose stick is pushed as far as it goes, in metres per second.
+        axes: the numbers of the axes of a Joy that are x, y and z; the first one turns a number.
+        speed: that of a Joy whose stick is pushed as far as it goes, in metres per second; of numbers, in their units.
         deadman: the number of the button of a Joy that is pressed as long as the hand holds.
         max_step: how far a device may move, or turn, a thing from one message to the next, in metres and radians, or
             the unit of a knob, before it is scaled.
@@ -70,7 +70,7 @@ class Options(NamedTuple):
         joints: the names of joints that a JointState may move; none for all.
     """
 
-    axes: Tuple[int, int, int] = (0, 1, 2)
+    axes: Tuple[int, ...] = (0, 1, 2)
     speed: float = 0.5
     deadman: int = 0
     max_step: float = 0.1
@@ -159,14 +159,14 @@ class Joystick(Device):
 
     def step(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Step:
         """Multiply what the deflections count by the speeds and the time."""
-        x, y, z, *turn = map(self._counted, self.numbers(now))
+        x, y, z, *turn = map(self.counted, self.numbers(now))
         roll, pitch, yaw = turn or STILL
         return Step(
             scaled((x, y, z), self._options.speed * seconds),
             scaled((roll, pitch, yaw), self._options.turn_speed * seconds),
         )
 
-    def _counted(self, deflection: float) -> float:
+    def counted(self, deflection: float) -> float:
         """Count a deflection: none near the middle, from there on as much as it exceeds it, and 1 at the stop."""
         beyond = math.copysign(max(abs(deflection) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE), deflection)
         return (1.0 - self._options.expo) * beyond + self._options.expo * beyond**3
@@ -188,6 +188,34 @@ class Numbers(Device):
     def resolution(self) -> float:
         """The least difference that a hand can make, in the unit of what it moves."""
         return RESOLUTION * self._options.scale
+
+    def ways(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Sequence[float]:
+        """How far each number goes from one message to the next, so many seconds later; raises as `numbers` does."""
+        del seconds
+        return [b - a for a, b in zip(self.numbers(before), self.numbers(now))]
+
+
+class Stick(Numbers):
+    """An axis of a sensor_msgs/Joy that moves one number: its deflection is a velocity, and a pressed button holds."""
+
+    trembles = False
+
+    def __init__(self, options: Options) -> None:
+        super().__init__(options)
+        self._joystick = Joystick(options._replace(axes=options.axes[:1], turn=()))
+
+    def holds(self, message: genpy.Message) -> bool:
+        """Return whether the button is pressed."""
+        return self._joystick.holds(message)
+
+    def numbers(self, message: genpy.Message) -> Sequence[float]:
+        """The deflection of the axis."""
+        return self._joystick.numbers(message)
+
+    def ways(self, before: genpy.Message, now: genpy.Message, seconds: float) -> Sequence[float]:
+        """Multiply what the deflection counts by the speed and the time."""
+        (deflection,) = self.numbers(now)
+        return [self._joystick.counted(deflection) * self._options.speed * seconds]
 
 
 class Knob(Numbers):

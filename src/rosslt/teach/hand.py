@@ -7,7 +7,7 @@ import genpy
 
 from rosslt.markers import HELD, Drags, Handle, Motions
 from rosslt.markers.geometry import AXES, PoseTuple, Vector, normalized, product, rotate_vector
-from rosslt.teach.devices import STILL, WAYS, Device, Options, Step, Unusable
+from rosslt.teach.devices import STILL, WAYS, Device, Numbers, Options, Step, Unusable
 from rosslt.teach.filtering import Filter
 from rosslt.teach.ghost import Ghost
 from rosslt.teach.recording import Recording
@@ -176,12 +176,14 @@ class Hand:
 class NumbersHand(Hand):
     """A hand on numbers, each of which goes as one of the device does; the pose is those numbers."""
 
+    _device: Numbers
+
     def _begin(self, pose: PoseTuple) -> None:
         self._numbers: List[float] = list(pose)  # without rounding to multiples
         self._filters = [self._new_filter() for _ in pose]
 
     def _moved(self, pose: PoseTuple, before: genpy.Message, now: genpy.Message, seconds: float) -> PoseTuple:
-        ways = [b - a for a, b in zip(self._device.numbers(before), self._device.numbers(now))]
+        ways = self._device.ways(before, now, seconds)
         if max(map(abs, ways)) > self._options.max_step:
             raise Unusable(f'it leaps by more than {self._options.max_step:g}')
         there: List[float] = list(pose)

@@ -12,6 +12,7 @@ import rospy
 from rosslt import messages, node, values
 from rosslt.node import Heard
 from rosslt.teach.devices import JOINTS, PERIOD, NotTaught
+from rosslt.teach.locations import LocationReader
 from rosslt.teach.pairing import Field, NotYet, paired
 from rosslt.teach.presses import Answer
 from rosslt.teach.rows import Appended, checked_place
@@ -25,15 +26,17 @@ class Latest:
 
     Args:
         types: {topic: its type}.
+        places: locations that are read as topics, too, called NODE#ID.
     """
 
-    def __init__(self, types: Dict[str, str]) -> None:
+    def __init__(self, types: Dict[str, str], places: Sequence[node.Place]) -> None:
         self._lock = threading.Lock()
         self._whole: Dict[Tuple[str, str], Tuple[Heard, Optional[Heard]]] = {}
         self._all: Dict[Tuple[str, str, Tuple[str, ...]], Tuple[Heard, float]] = {}
         self._coming: Optional[queue.SimpleQueue[Heard]] = None
         self._reader = node.TopicReader(self._note)
         self._reader.follow(types)
+        self._locations = {str(place.source): LocationReader(place, self._note) for place in places}
 
     @property
     def topics(self) -> Set[str]:
@@ -44,6 +47,11 @@ class Latest:
         """The latest message with its provenance of each publisher of a topic, and that before; sorted by name."""
         with self._lock:
             return [found for (of, _), found in sorted(self._whole.items(), key=lambda one: one[0]) if of == topic]
+
+    def renew(self, topic: str) -> None:
+        """Ask for the value of a location, if a topic is one; raises as a LocationReader does."""
+        if topic in self._locations:
+            self._locations[topic].ask()
 
     def all(self, topic: str) -> List[Tuple[Heard, float]]:
         """The latest message of each publisher of a topic, and of each set of joints, with the time of its arrival."""
@@ -96,11 +104,11 @@ class Matcher:
 
     def __init__(self, fields: Sequence[Tuple[Field, Field]], directory: node.Directory) -> None:
         self._fields, self._directory, self._appended = fields, directory, Appended()
-        topics = {field.topic for pair in fields for field in pair}
+        topics = {field.topic for pair in fields for field in pair if field.place is None}
         published = dict(rosgraph.Master('/rosslt_teach').getPublishedTopics('/'))
         types = {topic: published.get(topic, '') for topic in topics}
         self._errors = node.NodeErrors()
-        self._latest = Latest(types)
+        self._latest = Latest(types, [field.place for field, _ in fields if field.place is not None])
         for topic, type_ in types.items():
             if topic not in self._latest.topics:
                 raise NotTaught(f'{topic} has the type {type_ or "unknown"}, which is not installed here')
@@ -204,6 +212,7 @@ class Matcher:
 
     def _commanded(self, field: Field) -> List[Tuple[Heard, Optional[Heard]]]:
         """The latest whole message of each publisher whose field has a source, by name, and the one before."""
+        self._latest.renew(field.topic)
         heard = self._latest.whole(field.topic)
         if not heard:
             raise NotYet(f'no message with provenance on {field.topic}')

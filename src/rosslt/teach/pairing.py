@@ -4,11 +4,11 @@ Numbers go to those of the same name: x to x, and the position of a joint to tha
 goes to one of the same length.
 """
 
-from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 
-from rosslt import messages, values
+from rosslt import messages, node, values
 from rosslt.node import Heard
 from rosslt.teach.devices import JOINTS, POSITION, NotTaught, is_number
 
@@ -25,20 +25,35 @@ MOST = 5
 
 
 class Field(NamedTuple):
-    """A field of a topic.
+    """A field of a topic, a joint of it, or a location.
 
     Attributes:
-        topic: its full name.
+        topic: its full name; NODE#ID of a location, which no topic is called.
         path: of the field in its messages; '' for the whole message.
+        joint: the name of the joint of a JointState that is meant; '' for all.
+        place: of the location; None for a topic.
     """
 
     topic: str
     path: str
+    joint: str = ''
+    place: Optional[node.Place] = None
+
+    @classmethod
+    def of_location(cls, place: node.Place) -> 'Field':
+        """A location, as the field of the messages that a LocationReader makes of it."""
+        return cls(str(place.source), 'data', place=place)
 
     @property
     def name(self) -> str:
         """The field as people write it."""
-        return self.topic + ('/' + self.path if self.path else '')
+        if self.place is not None:
+            return self.place.name
+        return self.topic + (f':{self.joint}' if self.joint else f'/{self.path}' if self.path else '')
+
+    def shown(self, path: str) -> str:
+        """A part of its messages as people write it."""
+        return self.name if self.place is not None else f'{self.topic}/{path.replace(".", "/")}'
 
 
 class NotYet(NotTaught):
@@ -99,7 +114,7 @@ def _of_joints(
             found[name] = float(number), one.publisher
     own = list(zip(names, range(len(part))))
     pairs = [
-        Pair(f'{path}[{index}]', f'{_shown(wanted.topic, path)}[{index}] ({name})', found[name][0])
+        Pair(f'{path}[{index}]', f'{wanted.shown(path)}[{index}] ({name})', found[name][0])
         for name, index in own
         if name in found
     ]
@@ -152,7 +167,7 @@ def _by_name(
             )
     signs = _signs(part, type_, numbers, found)
     return [
-        Pair(_joined(path, name), _shown(wanted.topic, _joined(path, name)), signs.get(name, 1.0) * found[name])
+        Pair(_joined(path, name), wanted.shown(_joined(path, name)), signs.get(name, 1.0) * found[name])
         for name in numbers
     ]
 
@@ -236,10 +251,6 @@ def _as_held(pair: Pair, message: genpy.Message) -> Pair:
 
 def _joined(path: str, name: str) -> str:
     return path + name if not path or name.startswith('[') or not name else f'{path}.{name}'
-
-
-def _shown(topic: str, path: str) -> str:
-    return f'{topic}/{path.replace(".", "/")}'
 
 
 def _misfit(wanted: Field, what: str, measured: Field, type_: str) -> NotTaught:

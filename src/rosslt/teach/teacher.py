@@ -4,7 +4,7 @@ import contextlib
 import functools
 import queue
 import time
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, Union
 
 import genpy
 import rospy
@@ -28,9 +28,10 @@ from rosslt.markers import (
 )
 from rosslt.markers.geometry import PoseTuple
 from rosslt.teach.appending import Appending
-from rosslt.teach.devices import PERIOD, RESOLUTION, Device, Frame, Joystick, NotTaught, Numbers, Options
+from rosslt.teach.devices import PERIOD, RESOLUTION, Device, Frame, Joystick, NotTaught, Numbers, Options, Unusable
 from rosslt.teach.ghost import Ghost
 from rosslt.teach.hand import SILENCE, Hand, NumbersHand
+from rosslt.teach.pairing import Field
 from rosslt.teach.presses import Presses
 from rosslt.teach.recording import Recording, Written
 from rosslt.teach.target import Target
@@ -69,6 +70,7 @@ class Teacher(Follower):
         self._name, self._said = '', ''
         self._messages: queue.SimpleQueue[Tuple[bool, genpy.Message, float]] = queue.SimpleQueue()
         self.recording: Optional[Recording] = None
+        self._target: Optional[Target] = None
         self._ghost: Optional[Ghost] = None
         self._appending: Optional[Appending] = None
         self._presses: Optional[Presses] = None
@@ -113,11 +115,11 @@ class Teacher(Follower):
         """Have the hand lead a ghost of the thing, which becomes a row at each press."""
         self._ghost = self._appending = Appending(self._scene, self._descriptions.name, self._say)
 
-    def find(self, target: str, topic: str, timeout: float) -> str:
+    def find(self, target: Union[str, Field], topic: str, timeout: float) -> str:
         """The name of the handle that is meant.
 
         Args:
-            target: its name, or a topic that shows one thing; for a device of numbers, TOPIC/FIELD.
+            target: its name, or a topic that shows one thing; for a device of numbers, a Field.
             topic: that the device sends on.
             timeout: how long to wait for it, in seconds.
 
@@ -125,8 +127,10 @@ class Teacher(Follower):
             NotTaught: there is none, there are several, or the device cannot move it, or is not there.
         """
         end, device = time.monotonic() + timeout, self._device
-        if isinstance(device, Numbers):
-            return self._find_numbers(device, Target(self._scene, target, device, topic), end)
+        if isinstance(target, Field):
+            assert isinstance(device, Numbers)
+            self._target = Target(self._scene, target, device, topic)
+            return self._find_numbers(self._target, end)
         Watch(self._scene)
         found: List[str] = []
         while not found and time.monotonic() < end and not rospy.is_shutdown():
@@ -152,11 +156,10 @@ class Teacher(Follower):
             writing.check(handle)
         return found[0]
 
-    def _find_numbers(self, device: Numbers, target: Target, end: float) -> str:
+    def _find_numbers(self, target: Target, end: float) -> str:
         while target.name not in self._there:
             if target.why and (time.monotonic() > end or rospy.is_shutdown()):
                 raise NotTaught(target.why)
-            target.look()
             self._keep_up()
             rospy.rostime.wallsleep(PERIOD)
         if target.left_out:
@@ -269,6 +272,11 @@ class Teacher(Follower):
 
     def _grasp(self, name: str) -> Optional[Tuple[Handle, Motions, PoseTuple]]:
         """A thing, how it can be moved, and where it is shown, None if it is not."""
+        if self._target is not None:
+            try:
+                self._target.renew()
+            except NotTaught as error:
+                raise Unusable(str(error)) from None
         self.follow()
         self._said = ''
         handle = self._scene.handle(name)

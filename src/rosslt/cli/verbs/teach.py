@@ -14,7 +14,7 @@ import rospy
 
 from rosslt import node, values
 from rosslt.cli.failure import Failure, Misused
-from rosslt.cli.master import find_master, full_field, full_name, split_topic
+from rosslt.cli.master import find_master, full_field, full_name
 from rosslt.cli.output import few, is_terminal, shortened, write_row
 from rosslt.cli.verb import CHANGE, Argument
 
@@ -24,7 +24,8 @@ DESCRIPTION = """Have a device do what the mouse does in RViz: drag a thing, by 
 topic. With a sensor_msgs/Joy, the hand holds as long as button --deadman is pressed, and a stick moves it. With a
 geometry_msgs/Twist, it holds as long as that is not zero. With a geometry_msgs/PoseStamped, it holds as long as
 messages come, and moves as the pose does, without the trembling of a hand; so does tf:FRAME, a frame of tf. A number
-of any topic, as /knob/data or /panel/values[2], moves the number TARGET by as much as it changes itself, and the joints
+of any topic, as /knob/data or /panel/values[2], moves the number TARGET by as much as it changes itself: a field, a
+location (NODE/LOCATION), or a joint (TOPIC:JOINT). A Joy turns it by the first of its --axes instead. The joints
 of a sensor_msgs/JointState move the joints of the same names in TARGET; both hold as a PoseStamped does. A device that
 is silent for 0.2 s has let go. What is not finite, leaps, goes back in time or is repeated moves nothing. From taking
 hold to letting go, it is one change, which `rosslt undo` takes back. Ctrl-C lets go and ends.
@@ -33,10 +34,10 @@ With --record, the whole way from taking hold to letting go becomes rows in the 
 from: the fewest whose straight ways stay within --tolerance of it. Then the thing goes back to where it was.
 
 With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
-behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, MEASURED a field of any topic:
-numbers go to those of the same name, joints to those of the same name. A press is button --button of the Joy --press
-that goes down, a call of the service ~match of the node slt_teach (std_srvs/Trigger), or Enter. All WANTED fields are
-one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends.
+behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, or a location; MEASURED is a
+field of any topic: numbers go to those of the same name, joints to those of the same name. A press is button --button
+of the Joy --press that goes down, a call of the service ~match of the node slt_teach (std_srvs/Trigger), or Enter.
+All WANTED fields are one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends.
 
 With --append, each press appends one row to the list that the thing, or WANTED, comes from: below its row, and behind
 those that were appended before. With --by, the hand leads a ghost, and the row has the numbers of where that is; with
@@ -51,11 +52,14 @@ examples:
   rosslt teach /arm:tip:0 --by /tracker/pose --clutch /joy
   rosslt teach /goal --by tf:hand --in world --clutch /joy
   rosslt teach /gains/data[1] --by /panel/values[2] --scale 0.1
+  rosslt teach /pid/goal_x --by /joy --axes 1 --scale 0.5
+  rosslt teach /arm/command:elbow --by /joy
   rosslt teach /arm/command --by /leader/joint_states --clutch /joy
   rosslt teach /goal --by tf:hand --clutch /joy --record --tolerance 0.01
   rosslt teach /goal --by /joy --append --press /joy --button 2
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /arm/command=/joint_states --append
+  rosslt teach --match /pid/goal_x=/odom/pose/pose/position/x
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
 
@@ -72,15 +76,16 @@ ARGUMENTS = [
         nargs='?',
         default='',
         metavar='TARGET',
+        completer='targets',
         help='with --by: what is dragged, TOPIC:NAMESPACE:ID, or TOPIC if it shows one thing; TOPIC/FIELD of a number '
-        'or of joints',
+        'or of joints, TOPIC:JOINT, or NODE/LOCATION',
     ),
     Argument(
         '--by',
         metavar='DEVICE',
         default='',
         exclusive=True,
-        completer='topics',
+        completer='devices',
         help='the topic of the device, tf:FRAME, or TOPIC/FIELD of a number',
     ),
     Argument(
@@ -116,7 +121,12 @@ ARGUMENTS = [
         metavar='N',
         help='with --match or --append: the button of the Joy (default: 0)',
     ),
-    Argument('--axes', default='0,1,2', metavar='N,N,N', help='axes of a Joy that are x, y and z (default: 0,1,2)'),
+    Argument(
+        '--axes',
+        default='0,1,2',
+        metavar='N,N,N',
+        help='axes of a Joy that are x, y and z; the first one turns a number (default: 0,1,2)',
+    ),
     Argument('--speed', type=float, default=0.5, metavar='V', help='m/s of a stick at its stop (default: 0.5)'),
     Argument('--deadman', type=int, default=0, metavar='N', help='button of a Joy that holds (default: 0)'),
     Argument(
@@ -194,6 +204,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _drag(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
+    from rosslt.cli import targets
 
     for names, least, most, range_ in (
         (('speed', 'max_step', 'turn_speed', 'scale'), sys.float_info.min, sys.float_info.max, 'above 0'),
@@ -203,8 +214,9 @@ def _drag(options: argparse.Namespace) -> None:
         for name in names:
             if not least <= getattr(options, name) <= most:
                 raise Misused(f'--{name.replace("_", "-")} must be a number {range_}, found {getattr(options, name)}')
+    axes = _axes('axes', options.axes, may_be_one=True)
     chosen = teach.Options(
-        _axes('axes', options.axes),
+        axes,
         options.speed,
         options.deadman,
         options.max_step,
@@ -244,9 +256,18 @@ def _drag(options: argparse.Namespace) -> None:
     clutch = full_name(options.clutch) if options.clutch else ''
     if options.press and options.button == options.deadman and full_name(options.press) in (by, clutch):
         raise Misused(f'--button {options.button} of {options.press} holds: choose another one to press')
-    find_master()
+    master, end = find_master(), time.monotonic() + options.wait
     device, topic, device_class = teach.device(by, chosen, options.wait)
-    if (options.record or options.append) and isinstance(device, teach.Numbers):
+    meant = targets.wait_for(master, options.target, device, bool(chosen.turn), end)
+    if isinstance(meant.what, teach.Field) and isinstance(device, teach.Joystick):
+        device = teach.Stick(chosen)
+    is_of_numbers = isinstance(device, teach.Numbers)
+    if isinstance(meant.what, teach.Field) and not is_of_numbers:
+        instead = f': name a number of it, as {by}/FIELD' * (not is_frame)
+        raise Failure(f'{meant.what.name} is no thing that can be dragged, and {by} moves no number{instead}')
+    if not is_of_numbers and len(axes) != 3:
+        raise Misused(f'--axes must be three numbers of axes, as 0,1,2, for a thing; found {options.axes}')
+    if (options.record or options.append) and is_of_numbers:
         option = '--record' if options.record else '--append'
         raise Misused(f'{option} is for a thing that has a pose; {by} moves numbers')
     if chosen.joints and not isinstance(device, teach.Joints):
@@ -266,7 +287,12 @@ def _drag(options: argparse.Namespace) -> None:
         teacher.lead_ghost()
     if options.append:
         teacher.append()
-    screen.name = teacher.find(full_field(options.target), topic, options.wait)
+    try:
+        screen.name = teacher.find(meant.what, topic, max(end - time.monotonic(), 1.0))
+    except teach.NotTaught as error:
+        raise Failure(f'{error}; nor is it a location: {meant.missing}' if meant.missing else str(error)) from None
+    if meant.also:
+        screen.say(meant.also)
     screen.begin()
     presses = _presses(APPEND_SERVICE, joy, options.button, screen.answers, screen.say) if options.append else None
     teacher.teach(screen.name, by, topic, device_class, chosen, clutch, screen.show, presses)
@@ -275,6 +301,7 @@ def _drag(options: argparse.Namespace) -> None:
 
 def _match(options: argparse.Namespace) -> None:
     from rosslt import teach  # with all of the markers, which the help of other verbs does without
+    from rosslt.cli import targets
 
     misplaced = options.target or '--clutch' * bool(options.clutch)
     misplaced = misplaced or '--record' * options.record or '--dry-run' * options.dry_run
@@ -288,12 +315,16 @@ def _match(options: argparse.Namespace) -> None:
     master, directory = find_master(), node.Directory()
     with contextlib.suppress(KeyboardInterrupt):
         joy = _joystick(options)
-        fields = [(_field(master, wanted, end), _field(master, measured, end)) for wanted, _, measured in texts]
+        fields = [
+            (
+                targets.wait_for_field(master, wanted, end),
+                targets.wait_for_field(master, measured, end, is_measured=True),
+            )
+            for wanted, _, measured in texts
+        ]
         _start()
         values.describe_sources_with(directory.describe)
-        matcher = teach.Matcher(
-            [(teach.Field(*wanted), teach.Field(*measured)) for wanted, measured in fields], directory
-        )
+        matcher = teach.Matcher(fields, directory)
         matcher.wait(max(end - time.monotonic(), 1.0))
         if options.append:
             matcher.check_row()
@@ -330,18 +361,6 @@ def _presses(service: str, joy: str, button: int, show: Callable[[str, Any], Non
         ways.append(f'rosservice call {rospy.resolve_name(service)}')
         print(f'a press is {" or ".join(ways)}; Ctrl-C ends it', flush=True)
     return presses
-
-
-def _field(master: rosgraph.Master, text: str, end: float) -> Tuple[str, str]:
-    """The topic and the path of a field, which is waited for."""
-    while True:
-        try:
-            topic, _, path = split_topic(master, text)
-            return topic, path
-        except Failure:
-            if time.monotonic() > end:
-                raise
-        time.sleep(PERIOD)
 
 
 def _start() -> None:
@@ -393,14 +412,15 @@ def _say(by: str, text: str) -> None:
         sys.stdout.flush()
 
 
-def _axes(name: str, text: str) -> Tuple[int, int, int]:
+def _axes(name: str, text: str, may_be_one: bool = False) -> Tuple[int, ...]:
     try:
-        x, y, z = map(int, text.split(','))
+        axes: Tuple[int, ...] = tuple(map(int, text.split(',')))
     except ValueError:
-        x = y = z = -1
-    if min(x, y, z) < 0:
-        raise Misused(f'--{name} must be three numbers of axes, as 0,1,2; found {text}')
-    return x, y, z
+        axes = ()
+    if len(axes) not in ((1, 3) if may_be_one else (3,)) or min(axes) < 0:
+        one = ', or one for a number, as 1' * may_be_one
+        raise Misused(f'--{name} must be three numbers of axes, as 0,1,2{one}; found {text}')
+    return axes
 
 
 def _ways(text: str, all_ways: Sequence[str]) -> FrozenSet[str]:

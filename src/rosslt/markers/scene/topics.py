@@ -73,7 +73,7 @@ class Watch:
         present = {
             topic: kind
             for topic, kind in graph.types.items()
-            if topic in (self._only or graph.types) and _is_visible(topic, kind)
+            if topic in (self._only or graph.types) and is_visible(topic, kind)
         }
         before = self._reader.topics()
         with contained('a topic cannot be watched'):
@@ -90,7 +90,7 @@ class Watch:
 
 
 @functools.lru_cache(maxsize=None)
-def _is_visible(topic: str, kind: str) -> bool:
+def is_visible(topic: str, kind: str) -> bool:
     """Return whether the messages of a topic can be seen; warn if they may, and their type is not built here."""
     if kind not in visible_types() and not kind.endswith(('Tracked', 'ActionGoal')):
         return False
