@@ -7,6 +7,8 @@ import pytest
 
 from rosslt import NotInvertible, Source, evaluate, math, solve, track
 from rosslt.values import continued
+from rosslt.values.accelerator import CORE
+from rosslt.values.solve.budget import FASTER, Budget
 from rosslt.values.solve.system import System
 
 JOINTS = [Source('/joints', number) for number in range(6)]
@@ -56,6 +58,14 @@ def test_poses_within_reach_are_found_within_the_bounds():
         answer = solve(tip, wanted, bounds=BOUNDS)
         assert evaluate(tip, answer) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
         assert all(-3.0 <= value <= 3.0 for value in answer.values())
+
+
+@pytest.fixture(scope='module', autouse=True)
+def as_much_work_as_with_the_core():
+    with pytest.MonkeyPatch.context() as patch:
+        if CORE is None:
+            patch.setattr(Budget, 'of_restarts', lambda graph, of=Budget.of_restarts: Budget(FASTER * of(graph).left))
+        yield
 
 
 @pytest.fixture(scope='module')
@@ -109,12 +119,21 @@ def test_a_pose_out_of_reach_is_refused_in_the_same_words():
     assert said[0] == said[1]
 
 
+def test_what_whole_numbers_answer_takes_no_restarts(monkeypatch):
+    begun = []
+    monkeypatch.setattr(System, 'restarted', lambda system: begun.append(system))
+    count, x, y = track(1, Source('/n', 0)), track(0.5, Source('/n', 1)), track(0.25, Source('/n', 2))
+    answer = solve([count * 2, x + count, x * y], [4, 3.0, 2.0])
+    assert evaluate([count * 2, x + count, x * y], answer) == [4, 3.0, 2.0]
+    assert begun == []
+
+
 def test_a_path_takes_no_restarts_after_its_first_step(far, monkeypatch):
     tip = arm()
     last = continued(tip, far[0], {}, bounds=BOUNDS)
     assert evaluate(tip, last) == pytest.approx(far[0], rel=1e-9, abs=1e-9)
     begun = []
-    monkeypatch.setattr(System, 'restarted', begun.append)
+    monkeypatch.setattr(System, 'restarted', lambda system: begun.append(system))
     with pytest.raises(NotInvertible):
         continued(tip, [5.0, *far[0][1:]], last, bounds=BOUNDS)
     assert begun == []

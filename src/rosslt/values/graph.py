@@ -189,16 +189,17 @@ class Graph:
                     stack.append(operand)
         return [*own, *sorted(shared, reverse=True)]
 
-    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Value]:
+    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int], one: Value = 1) -> Dict[Source, Value]:
         """The slope of one node for each source that may change, by one sweep backwards.
 
         Args:
             root: the index of the node.
             partials: as `partials` gives them.
             below: as `below` gives it for this root.
+            one: the node's slope for itself: 1 if slopes that are whole numbers stay exact, 1.0 if all are floats.
         """
         records = self.records
-        weights: Dict[int, Value] = {root: 1}
+        weights: Dict[int, Value] = {root: one}
         found: Dict[Source, Value] = {}
         for place in below:
             weight = weights.pop(place, 0)
@@ -215,14 +216,15 @@ class Graph:
                     weights[operand] = weights.get(operand, 0) + weight * slope
         return found
 
-    def tangent(self, source: Source, partials: Dict[int, tuple]) -> Dict[int, Value]:
+    def tangent(self, source: Source, partials: Dict[int, tuple], one: Value = 1) -> Dict[int, Value]:
         """The slope of each node for one source, by one sweep forwards: `{index: slope}`, without zeros.
 
         Args:
             source: it moves; if it was read several times, all its readings move together.
             partials: as `partials` gives them, in the order of the indices.
+            one: the slope of the source for itself, as in `gradient`.
         """
-        rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], 1)
+        rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], one)
         for place, slopes in partials.items():
             total = 0
             for operand, slope in slopes:

@@ -206,7 +206,7 @@ typedef struct {
     int is_whole;
 } Slope;
 
-#define MOST_EXACT 9007199254740992.0 /* all whole numbers up to here are floats */
+#define MOST_EXACT 9007199254740991.0 /* a whole number that is rounded to at most this was not rounded */
 
 /* A number as a slope; 0 where it is none of which this knows all digits. */
 static inline int as_slope(PyObject *x, Slope *slope)

@@ -125,7 +125,9 @@ PyObject *shortest_step(PyObject *module, PyObject *args)
             square[one * size + other] = one == other ? sum + damping : sum;
         }
         if (is_wide) continue;
-        for (Py_ssize_t along = 0; along < height; along++) right[one] += PART(one, along) * missing[along];
+        for (Py_ssize_t along = 0; along < height; along++) {
+            if (PART(one, along) != 0.0) right[one] += PART(one, along) * missing[along];
+        }
     }
     if (!solve_system(square, is_wide ? missing : right, size)) {
         PyErr_SetString(PyExc_ZeroDivisionError, "Singular matrix");
@@ -133,7 +135,9 @@ PyObject *shortest_step(PyObject *module, PyObject *args)
     }
     for (Py_ssize_t at = 0; at < count; at++) {
         double part = is_wide ? 0.0 : right[at];
-        for (Py_ssize_t row = 0; is_wide && row < height; row++) part += PART(row, at) * missing[row];
+        for (Py_ssize_t row = 0; is_wide && row < height; row++) {
+            if (PART(row, at) != 0.0) part += PART(row, at) * missing[row];
+        }
         step[used[at]] = part * scales[used[at]];
     }
 #undef PART

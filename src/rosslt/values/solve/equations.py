@@ -111,10 +111,10 @@ class Equations:
         known = self._jacobian_of_tape(values, places, equations)
         if known is not None:
             return known
-        rows = [
-            {column: float(slope * equation.unit) for column, slope in sorted(row.items()) if slope}
-            for row, equation in zip(self._slopes(values, places), equations)
-        ]
+        rows = []
+        for row, equation in zip(self._slopes(values, places), equations):
+            weighed = {column: float(slope * equation.unit) for column, slope in sorted(row.items())}
+            rows.append({column: slope for column, slope in weighed.items() if slope})
         if not all(math.isfinite(slope) for row in rows for slope in row.values()):
             raise OverflowError('a slope that no float holds')
         return rows
@@ -133,7 +133,7 @@ class Equations:
             operands = self._trial.operands() if missing else {}
             below = [self._below_of(place, operands) for place in places]
         self._budget.spend(self._trial.work * WORK_OF_A_SLOPE)
-        self._budget.spend(2 * sum(map(len, below)) if below else width * len(self._trial.steps))
+        self._budget.spend(2 * sum(map(len, below)) if below is not None else width * len(self._trial.steps))
         units = [equation.unit for equation in equations]
         rows: Rows = CORE.tape_slopes(tape, values, self._occurrences, places, units, below)
         return rows
@@ -150,14 +150,14 @@ class Equations:
         if len(self._unknowns) < len(places):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
-                rise = self._graph.tangent(source, partials)
+                rise = self._graph.tangent(source, partials, 1.0)
                 for row, place in zip(rows, places):
                     row[column] = rise.get(place, 0)
         else:
             for row, place in zip(rows, places):
                 below = self._below_of(place, partials)
                 self._budget.spend(2 * len(below))
-                for source, slope in self._graph.gradient(place, partials, below).items():
+                for source, slope in self._graph.gradient(place, partials, below, 1.0).items():
                     if source in self._columns:
                         row[self._columns[source]] = slope
         return rows

@@ -52,7 +52,9 @@ def shortest_step(
     if not by_row:
         square = sum([length * length for length in lengths]) if is_ordinary else 0.0
         lengths = [math.sqrt(square) if is_ordinary else math.hypot(*lengths) or 1.0] * len(rows)
-    scaled = [{place: part / length for place, part in row.items()} for row, length in zip(scaled, lengths)]
+    scaled = [
+        {place: part / length for place, part in row.items() if part / length} for row, length in zip(scaled, lengths)
+    ]
     right = [value / length for value, length in zip(missing, lengths)]
     used = sorted({place for row in scaled for place in row})
     columns = {place: column for column, place in enumerate(used)}

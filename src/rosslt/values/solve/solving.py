@@ -422,7 +422,8 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     """The source values that give all of several results that share sources.
 
     Float sources move together. If they do not suffice (texts, whole numbers, bools), the results are solved one
-    after the other; if that does not do, either, whole numbers move together with the floats.
+    after the other; if that does not do, either, whole numbers move together with the floats. At last, the floats are
+    searched for from all over their bounds.
 
     Raises:
         NotInvertible: no values were found that give all; the result that stays away is named.
@@ -435,17 +436,17 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     found = _moved_together(graph, goals, movable, freedom, budget)
     if found is not None and missed(graph, goals, _values(graph, found)) is None:
         return found
-    if freedom.restarts and movable:
-        found = _restarted(graph, goals, movable, freedom)
-        if found is not None and missed(graph, goals, _values(graph, found)) is None:
-            return found
     try:
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
         found = _moved_with_whole(graph, goals, movable, freedom, budget)
-        if found is None or missed(graph, goals, _values(graph, found)) is not None:
-            raise
-        return found
+        if found is not None and missed(graph, goals, _values(graph, found)) is None:
+            return found
+        if freedom.restarts:
+            found = _restarted(graph, goals, movable, freedom)
+            if found is not None and missed(graph, goals, _values(graph, found)) is None:
+                return found
+        raise
 
 
 def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Value]:

@@ -9,13 +9,14 @@ import contextlib
 import itertools
 import math
 import random
+import sys
 from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
 from ..graph import UNDEFINED
 from ..sources import Source
 from ..tolerances import RELATIVE, ROUNDING, ULPS, almost_meets, is_at
-from .budget import Exhausted
+from .budget import FASTER, Exhausted
 from .descent import ROUNDS, Descents
 from .equations import Point
 from .periods import turns_too_many
@@ -66,11 +67,10 @@ class System(Descents):
 
         An unknown without bounds starts anywhere within half a period of its present value, if it is an angle. All
         results have the same weight, as they are far from their targets. Every third descent goes on where steps gain
-        little, as some answers lie at the end of a flat valley. It is done for expressions that the compiled
-        core evaluates.
+        little, as some answers lie at the end of a flat valley.
         """
-        if not self._trial.is_fast():
-            return None
+        if self._trial.tape is not None:
+            self._budget.left *= FASTER
         unit = min([equation.unit for equation in self._equations])
         alike = [equation._replace(unit=unit) for equation in self._equations]
         minima: List[str] = []
@@ -98,7 +98,7 @@ class System(Descents):
         if all(low == high for low, high in ranges):
             return
         ratio = 1.5
-        for _ in range(MOST_FURTHER * FEW):
+        for _ in range(sys.float_info.mant_dig):  # each round halves the error at least
             ratio = (1.0 + ratio) ** (1.0 / (len(ranges) + 1))
         for number in itertools.count(1):
             yield [
