@@ -358,8 +358,8 @@ def test_sanitizers_find_nothing(tmp_path):
     sources = sorted((ROOT / 'src' / 'rosslt' / 'values' / 'core').glob('*.c'))
     subprocess.run(['gcc', *options, '-ffp-contract=off', f'-I{headers}', *sources, '-o', core], check=True)
     sanitizer = subprocess.check_output(['gcc', '-print-file-name=libasan.so'], universal_newlines=True).strip()
-    tests = ['test/values/test_laws.py', 'test/values/test_core.py', 'test/values/test_tracked.py']
-    tests += ['test/messages/test_walkers.py']
+    tests = ['test/values/test_laws.py', 'test/values/test_core.py', 'test/values/test_core_systems.py']
+    tests += ['test/values/test_tracked.py', 'test/messages/test_walkers.py']
     process = python(
         *['-c', SANITIZED, core, *tests, '-q', '-m', 'not slow', '--deselect', COMPARISON],
         LD_PRELOAD=sanitizer,

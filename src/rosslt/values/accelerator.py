@@ -9,7 +9,7 @@ import inspect
 import os
 from typing import Any, Callable, TypeVar
 
-INTERFACE = 19
+INTERFACE = 20
 """The version of `core/module.c` that this code needs: a workspace may hold an older build."""
 
 

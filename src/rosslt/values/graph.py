@@ -189,16 +189,17 @@ class Graph:
                     stack.append(operand)
         return [*own, *sorted(shared, reverse=True)]
 
-    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int]) -> Dict[Source, Value]:
+    def gradient(self, root: int, partials: Dict[int, tuple], below: List[int], one: Value = 1) -> Dict[Source, Value]:
         """The slope of one node for each source that may change, by one sweep backwards.
 
         Args:
             root: the index of the node.
             partials: as `partials` gives them.
             below: as `below` gives it for this root.
+            one: the node's slope for itself: 1 if slopes that are whole numbers stay exact, 1.0 if all are floats.
         """
         records = self.records
-        weights: Dict[int, Value] = {root: 1}
+        weights: Dict[int, Value] = {root: one}
         found: Dict[Source, Value] = {}
         for place in below:
             weight = weights.pop(place, 0)
@@ -215,14 +216,15 @@ class Graph:
                     weights[operand] = weights.get(operand, 0) + weight * slope
         return found
 
-    def tangent(self, source: Source, partials: Dict[int, tuple]) -> Dict[int, Value]:
+    def tangent(self, source: Source, partials: Dict[int, tuple], one: Value = 1) -> Dict[int, Value]:
         """The slope of each node for one source, by one sweep forwards: `{index: slope}`, without zeros.
 
         Args:
             source: it moves; if it was read several times, all its readings move together.
             partials: as `partials` gives them, in the order of the indices.
+            one: the slope of the source for itself, as in `gradient`.
         """
-        rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], 1)
+        rise: Dict[int, Value] = dict.fromkeys(self.occurrences[source], one)
         for place, slopes in partials.items():
             total = 0
             for operand, slope in slopes:
@@ -234,19 +236,15 @@ class Graph:
 
     def affine(self, depends: List[bool]) -> List[bool]:
         """Return a flag for each node: True if it is affine in all changing sources together."""
-        index = self.index
-        flags: List[bool] = []
-        for place, (form, first, second) in enumerate(self.records):
-            affine = True
-            if not depends[place] or form is SOURCE:
-                pass
-            elif form.single_operand:
-                affine = form.affine and flags[index[id(first)]]
-            else:
-                places = [index[id(operand)] for operand in form.operands(first, second)]
-                affine = form.is_affine(first, second, [depends[at] for at in places])
-                affine = affine and all(flags[at] for at in places)
-            flags.append(affine)
+        flags = [True] * len(self.nodes)
+        for place, forward, first, second, _ in self.steps(depends):
+            form, of, by = self.records[place]
+            if form.single_operand:
+                flags[place] = form.affine and flags[first]
+                continue
+            places = first if forward is None else (first, second)
+            is_affine = all(flags[at] for at in places)
+            flags[place] = is_affine and form.is_affine(of, by, [depends[at] for at in places])
         return flags
 
 

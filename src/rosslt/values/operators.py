@@ -275,6 +275,8 @@ def complete_core() -> None:
         ops.ABSOLUTE.left,
         affine_of_python,
         lambda overdrawn: ALLOWANCE.refill(overdrawn),
+        ops.SIN.left,
+        ops.COS.left,
         LIMIT,
         MAX_SHARED_SIZE,
     )

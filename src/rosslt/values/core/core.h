@@ -48,7 +48,7 @@ enum { OTHER, ANY_SINGLE, ANY_BOTH, OPERATOR };
 
 extern PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
-    *refill;
+    *refill, *sine_form, *cosine_form;
 extern int limit, max_shared_size;
 
 /* Names of attributes and arguments. */
@@ -206,7 +206,7 @@ typedef struct {
     int is_whole;
 } Slope;
 
-#define MOST_EXACT 9007199254740992.0 /* all whole numbers up to here are floats */
+#define MOST_EXACT 9007199254740991.0 /* a whole number that is rounded to at most this was not rounded */
 
 /* A number as a slope; 0 where it is none of which this knows all digits. */
 static inline int as_slope(PyObject *x, Slope *slope)
@@ -259,6 +259,10 @@ PyObject *solve_chain(PyObject *module, PyObject *const *args, Py_ssize_t count)
 PyObject *add_nodes(PyObject *module, PyObject *args); /* nodes.c */
 PyObject *swept(PyObject *module, PyObject *values);   /* folds.c */
 PyObject *resized(PyObject *module, PyObject *args);
+PyObject *make_tape(PyObject *module, PyObject *args);     /* tapes.c */
+PyObject *run_tape(PyObject *module, PyObject *args);
+PyObject *tape_slopes(PyObject *module, PyObject *args);
+PyObject *shortest_step(PyObject *module, PyObject *args); /* steps.c */
 PyObject *affine_terms(PyObject *module, PyObject *value); /* terms.c */
 PyObject *make_recorder(PyObject *module, PyObject *args); /* functions.c */
 PyObject *make_keeper(PyObject *module, PyObject *args);

@@ -2,11 +2,11 @@
 
 #include "core.h"
 
-#define INTERFACE 19 /* what `accelerator.py` asks for */
+#define INTERFACE 20 /* what `accelerator.py` asks for */
 
 PyObject *forms[3 * OPERATORS], *fallbacks[OPERATORS], *negation, *source_form, *lazy_form, *shorten, *resolve,
     *new_other, *source_classes, *tracked_classes, *affine_form, *slopes_or_zeros, *absolute_form, *affine_of_python,
-    *refill;
+    *refill, *sine_form, *cosine_form;
 int limit, max_shared_size;
 
 PyObject *names[NAMES];
@@ -19,11 +19,11 @@ static const char *const texts[NAMES] = {
 /* Tell the core what it records and what it hands over. */
 static PyObject *complete(PyObject *module, PyObject *args)
 {
-    PyObject *of_operators, *of_fallbacks, *told[13];
-    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
+    PyObject *of_operators, *of_fallbacks, *told[15];
+    if (!PyArg_ParseTuple(args, "O!O!OOOOOOO!O!OOOOOOOii:complete", &PyTuple_Type, &of_operators, &PyTuple_Type,
                           &of_fallbacks, &told[0], &told[1], &told[2], &told[3], &told[4], &told[5], &PyTuple_Type,
                           &told[6], &PySet_Type, &told[7], &told[8], &told[9], &told[10], &told[11],
-                          &told[12], &limit, &max_shared_size)) {
+                          &told[12], &told[13], &told[14], &limit, &max_shared_size)) {
         return NULL;
     }
     if (PyTuple_GET_SIZE(of_operators) != 3 * OPERATORS || PyTuple_GET_SIZE(of_fallbacks) != OPERATORS) {
@@ -31,14 +31,15 @@ static PyObject *complete(PyObject *module, PyObject *args)
     }
     PyObject **places[] = {&negation,  &source_form,    &lazy_form,       &shorten,     &resolve,
                            &new_other, &source_classes, &tracked_classes, &affine_form, &slopes_or_zeros,
-                           &absolute_form, &affine_of_python, &refill};
+                           &absolute_form, &affine_of_python, &refill,
+                           &sine_form, &cosine_form};
     for (int at = 0; at < 3 * OPERATORS; at++) {
         Py_XSETREF(forms[at], Py_NewRef(PyTuple_GET_ITEM(of_operators, at)));
     }
     for (int at = 0; at < OPERATORS; at++) {
         Py_XSETREF(fallbacks[at], Py_NewRef(PyTuple_GET_ITEM(of_fallbacks, at)));
     }
-    for (int at = 0; at < 13; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
+    for (int at = 0; at < 15; at++) Py_XSETREF(*places[at], Py_NewRef(told[at]));
     Py_RETURN_NONE;
 }
 
@@ -56,6 +57,14 @@ static PyMethodDef functions[] = {
     {"add_nodes", add_nodes, METH_VARARGS, "add_nodes(root, nodes, records, index, occurrences): as Graph does."},
     {"swept", swept, METH_O, "swept([value, ...]): `_swept` of each as in affine.py, or NotImplemented."},
     {"resized", resized, METH_VARARGS, "resized(value, bound): `_resized` as in affine.py, or NotImplemented."},
+    {"tape", make_tape, METH_VARARGS,
+     "tape(steps, records, values): what `run_tape` needs, or None if an operation is none of floats that it knows."},
+    {"run_tape", run_tape, METH_VARARGS, "run_tape(tape, values): as `Graph.run` does."},
+    {"tape_slopes", tape_slopes, METH_VARARGS,
+     "tape_slopes(tape, values, places of each source, roots, unit of each, `Graph.below` of each or None): as "
+     "`Equations._jacobian` does; by sweeps forwards without `below`."},
+    {"shortest_step", shortest_step, METH_VARARGS, "shortest_step(rows, missing, scales, damping, by_row): as in\n"
+     "least_squares.py, or NotImplemented."},
     {"affine", affine_terms, METH_O, "affine(value): as in affine.py."},
     {"recorder", make_recorder, METH_VARARGS,
      "recorder(forward, (left, right, both), arity, otherwise, name, doc): as in functions.py."},

@@ -194,11 +194,12 @@ def continued(
         'read_only': read_only,
         'rank': rank,
         'weights': weights,
+        'restarts': False,
     }
     freedom = Freedom(None if sources is None else list(sources), bounds or {}, read_only, rank_of(rank), weights or {})
     goals = [(path, x, target_of(x, wanted)) for path, x, wanted in tracked_parts(list(xs), list(targets))]
     if not last:
-        return _tidied(goals, freedom, solve(list(xs), list(targets), **options))
+        return _tidied(goals, freedom, solve(list(xs), list(targets), **{**options, 'restarts': True}))
     graph = Graph(x for _, x, _ in goals)
     answer: Dict[Source, Value] = {}
     for group in connected(graph, goals, freedom):

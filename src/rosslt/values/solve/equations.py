@@ -3,12 +3,13 @@
 import math
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from ..accelerator import CORE
 from ..annotations import Value
 from ..graph import UNDEFINED, Graph
 from ..sources import Source
 from ..tolerances import almost_meets
-from .budget import Budget, Trial
-from .least_squares import Rows
+from .budget import WORK_OF_A_SLOPE, Budget, Trial
+from .least_squares import HUGE, Rows
 from .periods import Periods
 
 Goal = Tuple[str, Value, Value]
@@ -62,6 +63,7 @@ class Equations:
             Equation(root, float(wanted), _unit(wanted, at, 1e-6 * self._size))
             for root, wanted, at in zip(self._roots, self._wanted, self._present)
         ]
+        self._occurrences = [graph.occurrences[source] for source in unknowns]
         self._columns = {source: column for column, source in enumerate(unknowns)}
         self._below: Dict[int, List[int]] = {}
         self._periods_found: Optional[Periods] = None
@@ -105,29 +107,59 @@ class Equations:
         Raises:
             OverflowError: no float holds one.
         """
-        partials = self._trial.partials(values)
         places = [equation.place for equation in equations]
-        rows: Rows = [{} for _ in equations]
-        if len(self._unknowns) < len(equations):
+        known = self._jacobian_of_tape(values, places, equations)
+        if known is not None:
+            return known
+        rows = []
+        for row, equation in zip(self._slopes(values, places), equations):
+            weighed = {column: float(slope * equation.unit) for column, slope in sorted(row.items())}
+            rows.append({column: slope for column, slope in weighed.items() if slope})
+        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
+            raise OverflowError('a slope that no float holds')
+        return rows
+
+    def _jacobian_of_tape(
+        self, values: List[Value], places: List[int], equations: Sequence[Equation]
+    ) -> Optional[Rows]:
+        """`_jacobian` by the compiled core, None if it does not know all operations or the way to the sources."""
+        tape, width = self._trial.tape, len(self._unknowns)
+        is_forwards = width < len(places)
+        if tape is None or min(width, len(places)) >= HUGE:
+            return None
+        below = None
+        if not is_forwards:
+            missing = not self._below.keys() >= set(places)
+            operands = self._trial.operands() if missing else {}
+            below = [self._below_of(place, operands) for place in places]
+        self._budget.spend(self._trial.work * WORK_OF_A_SLOPE)
+        self._budget.spend(2 * sum(map(len, below)) if below is not None else width * len(self._trial.steps))
+        units = [equation.unit for equation in equations]
+        rows: Rows = CORE.tape_slopes(tape, values, self._occurrences, places, units, below)
+        return rows
+
+    def _below_of(self, place: int, partials: Dict[int, tuple]) -> List[int]:
+        if place not in self._below:
+            self._below[place] = self._graph.below(place, partials)
+        return self._below[place]
+
+    def _slopes(self, values: List[Value], places: List[int]) -> Rows:
+        """The slopes of nodes for each unknown, at such values."""
+        partials = self._trial.partials(values)
+        rows: Rows = [{} for _ in places]
+        if len(self._unknowns) < len(places):
             self._budget.spend(len(self._unknowns) * len(partials))
             for column, source in enumerate(self._unknowns):
-                rise = self._graph.tangent(source, partials)
+                rise = self._graph.tangent(source, partials, 1.0)
                 for row, place in zip(rows, places):
                     row[column] = rise.get(place, 0)
         else:
             for row, place in zip(rows, places):
-                if place not in self._below:
-                    self._below[place] = self._graph.below(place, partials)
-                self._budget.spend(2 * len(self._below[place]))
-                for source, slope in self._graph.gradient(place, partials, self._below[place]).items():
+                below = self._below_of(place, partials)
+                self._budget.spend(2 * len(below))
+                for source, slope in self._graph.gradient(place, partials, below, 1.0).items():
                     if source in self._columns:
                         row[self._columns[source]] = slope
-        rows = [
-            {column: float(slope * equation.unit) for column, slope in row.items() if slope}
-            for row, equation in zip(rows, equations)
-        ]
-        if not all(math.isfinite(slope) for row in rows for slope in row.values()):
-            raise OverflowError('a slope that no float holds')
         return rows
 
 

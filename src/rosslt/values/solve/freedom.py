@@ -22,6 +22,7 @@ class Freedom(NamedTuple):
         read_only: sources that may not change.
         rank: gives each source's rank; one of a higher rank changes only if those of lower ranks do not suffice.
         weights: `{Source: how hard it is to move}`.
+        restarts: whether a search that has failed near the present values begins again anywhere within the bounds.
     """
 
     only: Optional[Collection[Source]]
@@ -29,6 +30,7 @@ class Freedom(NamedTuple):
     read_only: Collection[Source]
     rank: Callable[[Source], int]
     weights: Mapping[Source, float]
+    restarts: bool = False
 
     def allows(self, source: Source) -> bool:
         """Return True if a source may change."""

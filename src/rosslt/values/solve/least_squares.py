@@ -9,11 +9,12 @@ import itertools
 import math
 from typing import Dict, List, Sequence
 
+from ..accelerator import CORE
 from ..elimination import solved
 
 Rows = List[Dict[int, float]]
 
-LARGE = 5
+LARGE = 16
 """Systems from this size on are worth the way to NumPy."""
 
 HUGE = 300
@@ -39,13 +40,21 @@ def shortest_step(
     Raises:
         ArithmeticError: singular; more damping helps.
     """
+    if CORE is not None and min(len(rows), len(scales)) < LARGE:
+        found = CORE.shortest_step(rows, missing, scales, damping, by_row)
+        if found is not NotImplemented:
+            return list(found)
     scaled = [{place: slope * scales[place] for place, slope in row.items()} for row in rows]
     lengths = [math.sqrt(sum([part * part for part in row.values()])) for row in scaled]
-    if not all(1e-150 < length < 1e150 for length in lengths):
+    is_ordinary = all(1e-150 < length < 1e150 for length in lengths)
+    if not is_ordinary:
         lengths = [math.hypot(*row.values()) or 1.0 for row in scaled]
     if not by_row:
-        lengths = [math.hypot(*lengths) or 1.0] * len(rows)
-    scaled = [{place: part / length for place, part in row.items()} for row, length in zip(scaled, lengths)]
+        square = sum([length * length for length in lengths]) if is_ordinary else 0.0
+        lengths = [math.sqrt(square) if is_ordinary else math.hypot(*lengths) or 1.0] * len(rows)
+    scaled = [
+        {place: part / length for place, part in row.items() if part / length} for row, length in zip(scaled, lengths)
+    ]
     right = [value / length for value, length in zip(missing, lengths)]
     used = sorted({place for row in scaled for place in row})
     columns = {place: column for column, place in enumerate(used)}

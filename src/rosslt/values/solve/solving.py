@@ -50,6 +50,7 @@ def solve(
     read_only: Collection[Source] = (),
     rank: Optional[Rank] = None,
     weights: Optional[Mapping[Source, float]] = None,
+    restarts: bool = True,
 ) -> Dict[Source, Value]:
     """Find the source values that make a tracked value become a target.
 
@@ -66,6 +67,8 @@ def solve(
             tried first, and if several change together, they move further. There, a source
             that has none moves the further the wider its bounds are, or, without bounds, the larger it is; 1 stands
             for one without bounds whose size is below 2 pi.
+        restarts: whether several leaves that cannot be solved for from near the present values are solved for from
+            others within the bounds: in a fixed order, up to the first answer.
 
     Returns:
         `{Source: new value}`. For a scalar one source, with its present value if the target is the present
@@ -83,7 +86,7 @@ def solve(
     only = [source] if source is not None else None if sources is None else list(sources)
     if weights and not all(weight > 0 for weight in weights.values()):
         raise ValueError('weights are greater than 0, found %r' % (dict(weights),))
-    freedom = Freedom(only, bounds or {}, read_only, rank_of(rank), weights or {})
+    freedom = Freedom(only, bounds or {}, read_only, rank_of(rank), weights or {}, restarts)
     if CORE is not None and only is None:
         # A chain of operations on one source, which is what most values are; ranks and weights do not matter.
         answer: Any = CORE.solve_chain(value, target, RELATIVE)
@@ -249,6 +252,20 @@ def _moved_together(
     return None
 
 
+def _restarted(
+    graph: Graph, goals: List[Goal], sources: List[Source], freedom: Freedom
+) -> Optional[Dict[Source, Value]]:
+    """Values of all float sources that give all goals, searched for anywhere within the bounds."""
+    unknowns = [source for source in sources if not _is_whole(graph, source)]
+    if len(unknowns) < 2:
+        return None
+    try:
+        found = System(graph, goals, unknowns, freedom, Budget.of_restarts(graph)).restarted()
+    except UNDEFINED:
+        return None
+    return None if found is None else dict(zip(unknowns, found))
+
+
 def _out_of_bounds(graph: Graph, sources: List[Source], freedom: Freedom, base: Optional[List[Value]]) -> List[Source]:
     """The sources whose present values are out of their bounds: if they move, they have to move back at once."""
     found = []
@@ -405,7 +422,8 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
     """The source values that give all of several results that share sources.
 
     Float sources move together. If they do not suffice (texts, whole numbers, bools), the results are solved one
-    after the other; if that does not do, either, whole numbers move together with the floats.
+    after the other; if that does not do, either, whole numbers move together with the floats. At last, the floats are
+    searched for from all over their bounds.
 
     Raises:
         NotInvertible: no values were found that give all; the result that stays away is named.
@@ -422,9 +440,13 @@ def _solve_together(graph: Graph, goals: List[Goal], freedom: Freedom) -> Dict[S
         return _one_after_the_other(graph, goals, freedom, budget)
     except NotInvertible:
         found = _moved_with_whole(graph, goals, movable, freedom, budget)
-        if found is None or missed(graph, goals, _values(graph, found)) is not None:
-            raise
-        return found
+        if found is not None and missed(graph, goals, _values(graph, found)) is None:
+            return found
+        if freedom.restarts:
+            found = _restarted(graph, goals, movable, freedom)
+            if found is not None and missed(graph, goals, _values(graph, found)) is None:
+                return found
+        raise
 
 
 def _one_after_the_other(graph: Graph, goals: List[Goal], freedom: Freedom, budget: Budget) -> Dict[Source, Value]:

@@ -9,13 +9,14 @@ import contextlib
 import itertools
 import math
 import random
+import sys
 from typing import Callable, Iterator, List, Optional, Sequence
 
 from ..annotations import Value
 from ..graph import UNDEFINED
 from ..sources import Source
 from ..tolerances import RELATIVE, ROUNDING, ULPS, almost_meets, is_at
-from .budget import Exhausted
+from .budget import FASTER, Exhausted
 from .descent import ROUNDS, Descents
 from .equations import Point
 from .periods import turns_too_many
@@ -60,6 +61,50 @@ class System(Descents):
         if self._periods and max([abs(a - b) for a, b in zip(best, self.start)]) > FAR:
             best = min([best, *itertools.islice(answers, MOST_FURTHER)], key=self._way)
         return self.tidied(best)
+
+    def restarted(self) -> Optional[Point]:
+        """The first answer that descents from all over the bounds lead to, None if none was found.
+
+        An unknown without bounds starts anywhere within half a period of its present value, if it is an angle. All
+        results have the same weight, as they are far from their targets. Every third descent goes on where steps gain
+        little, as some answers lie at the end of a flat valley.
+        """
+        if self._trial.tape is not None:
+            self._budget.left *= FASTER
+        unit = min([equation.unit for equation in self._equations])
+        alike = [equation._replace(unit=unit) for equation in self._equations]
+        minima: List[str] = []
+        with contextlib.suppress(Exhausted):
+            for start, is_to_end in zip(self._spread(), itertools.cycle((False, False, True))):
+                end = self._descend(start, alike, is_to_end=is_to_end)
+                if end is not None and self.accepts(end.x):
+                    return self.tidied(self._nearer(self._unwound(end.x, self._polished)))
+                minima.append(f'{end.size:.3g}' if end is not None else '')
+                if minima.count(minima[-1]) >= MOST_EQUAL_MINIMA:
+                    break
+        return None
+
+    def _spread(self) -> Iterator[Point]:
+        """Points that fill the bounds evenly: multiples of the powers of the generalized golden ratio, each modulo 1
+        (a Kronecker sequence). There are none if no unknown has bounds or a period."""
+        values = self._tried(self.start)
+        periods = list(self._periods.of(self._unknowns, values)) if values is not None and self._periods else []
+        ranges = []
+        for place, (start, (low, high)) in enumerate(zip(self.start, self._limits)):
+            reach = periods[place][-1] / 2 if periods and periods[place] else 0.0
+            ranges.append(
+                (low, high) if math.isfinite(high - low) else (max(low, start - reach), min(high, start + reach))
+            )
+        if all(low == high for low, high in ranges):
+            return
+        ratio = 1.5
+        for _ in range(sys.float_info.mant_dig):  # each round halves the error at least
+            ratio = (1.0 + ratio) ** (1.0 / (len(ranges) + 1))
+        for number in itertools.count(1):
+            yield [
+                low + (high - low) * ((0.5 + number * ratio ** -(place + 1)) % 1.0)
+                for place, (low, high) in enumerate(ranges)
+            ]
 
     def fewest(self) -> List[Source]:
         """Return as few unknowns as move the results in all ways that they can move at the present values: three for a
