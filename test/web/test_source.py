@@ -306,6 +306,7 @@ PAIR = """
     """
 
 
+@pytest.mark.slow
 def test_all_numbers_that_one_literal_says_stand_beside_each_other(panel):
     with Node('pair', PAIR):
         panel.open('pair.py')
@@ -430,6 +431,7 @@ def test_what_a_node_cannot_take_or_say_is_said(panel, tmp_path):
     panel.says('No node runs that has numbers in keeper.py.')
 
 
+@pytest.mark.slow
 def test_in_a_narrow_window_the_source_is_below_the_view(panel):
     size = panel.driver.get_window_size()
     view, source = (panel.driver.find_element('id', name) for name in ('view', 'source'))
@@ -443,6 +445,7 @@ def test_in_a_narrow_window_the_source_is_below_the_view(panel):
     panel.browser.wait(lambda: source.rect['x'] > view.rect['x'] + 300, 'it is beside it')
 
 
+@pytest.mark.slow
 def test_the_source_is_made_wider_by_keys_and_mouse(panel):
     divider, source = (panel.driver.find_element('id', name) for name in ('divider', 'source'))
     width = source.rect['width']
@@ -457,6 +460,7 @@ def prefer(panel, scheme):
     panel.driver.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': features})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
 def test_all_texts_can_be_read(panel, page, scheme):
     rosslt('set', '/lamp/north', '1.5')
