@@ -19,8 +19,8 @@ LAUNCH = """<launch>
 
 def edited(content, nth, name, said, value):
     """The launch file afterwards, and why not where it is the same."""
-    change = files.ParamChange(nth, 3, name, said, value, float, 'it')
-    edits, left = files.param_edits('a.launch', content.encode(), [change])
+    change = files.AttributeChange(nth, 3, name, said, value, float, 'it')
+    edits, left = files.attribute_edits('a.launch', content.encode(), [change])
     for edit in edits:
         content = content[: edit.start] + edit.new.decode() + content[edit.end :]
     return content, left[0][1] if left else ''
@@ -61,8 +61,8 @@ def with_word(attributes, text, value, kind='auto', head=''):
     content = f'{head}<launch>\n  <!-- ä --><param name="f" {attributes}/> <!-- "{text}" -->\n</launch>\n'.encode()
     read = functools.partial(_read_param, convert_value, kind)
     said = minidom.parseString(content).getElementsByTagName('param')[0].getAttribute('value')
-    change = files.ParamChange(0, 1, 'f', [read(said)], value, read, 'it')
-    edits, left = files.param_edits('a.launch', content, [change])
+    change = files.AttributeChange(0, 1, 'f', [read(said)], value, read, 'it')
+    edits, left = files.attribute_edits('a.launch', content, [change])
     after = files.replaced(content, edits)
     assert bool(edits) != bool(left)
     if edits:
@@ -149,7 +149,7 @@ EDITED = 'it is not certain which <node name="c"> of a.launch it is since that w
 )
 def test_a_number_of_arguments_is_written_where_it_means_the_same(args, word, after, why):
     content = f'<launch><node name="c" args="{args}"/></launch>'
-    change = files.ParamChange(0, 1, 'c', [0.0, 1.5], 4.5, float, 'it', word, '1.50 0 0 0 0 0 base camera')
-    edits, left = files.param_edits('a.launch', content.encode(), [change])
+    change = files.AttributeChange(0, 1, 'c', [0.0, 1.5], 4.5, float, 'it', word, '1.50 0 0 0 0 0 base camera')
+    edits, left = files.attribute_edits('a.launch', content.encode(), [change])
     assert files.replaced(content.encode(), edits).decode() == content.replace(args, after or args)
     assert [reason for _, reason in left] == [why][: after is None]

@@ -51,3 +51,16 @@ class WithDevices(unittest.TestCase):
         self.addCleanup(started.process.kill)
         wait_until(publisher.get_num_connections, lambda: 'it hears the device: ' + str(started.process.poll()))
         return started
+
+    def hold(self, teaching, publisher, make, times=1):
+        """Have a device send the same place until the hand holds."""
+
+        def holds():
+            publisher.publish(make())
+            return len(teaching.rows('holds')) >= times
+
+        wait_until(holds, lambda: f'the hand to hold: {teaching.rows("says")}')
+
+    def said(self, teaching):
+        """What a process has said: of messages that move nothing, why."""
+        return [row[2].partition('moves nothing: ')[2] or row[2] for row in teaching.rows('says')]

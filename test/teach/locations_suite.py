@@ -93,22 +93,10 @@ class Locations(WithDevices):
         message.header.stamp = rospy.Time.from_sec(self.now)
         return message
 
-    def hold(self, teaching, publisher, make, times=1):
-        """Have a device send the same place until the hand holds."""
-
-        def holds():
-            publisher.publish(make())
-            return len(teaching.rows('holds')) >= times
-
-        wait_until(holds, lambda: f'the hand to hold: {teaching.rows("says")}')
-
     def expect(self, name, expected):
         wait_until(
             lambda: abs(value(name) - expected) <= NEAR, lambda: f'{name} to become {expected}; it is {value(name)}'
         )
-
-    def said(self, teaching):
-        return [row[2].partition('moves nothing: ')[2] or row[2] for row in teaching.rows('says')]
 
     def test_a_stick_turns_a_location_in_one_change_undone_at_once(self):
         joy = self.device(Joy)

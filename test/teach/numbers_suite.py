@@ -86,22 +86,10 @@ class Numbers(WithDevices):
     def joints(self, after=PERIOD, **positions):
         return self.stamped(JointState(name=list(positions), position=list(positions.values())), after)
 
-    def hold(self, teaching, publisher, make, times=1):
-        """Have a device send the same place until the hand holds."""
-
-        def holds():
-            publisher.publish(make())
-            return len(teaching.rows('holds')) >= times
-
-        wait_until(holds, 'the hand to hold')
-
     def expect(self, name, expected):
         wait_until(
             lambda: abs(value(name) - expected) <= NEAR, lambda: f'{name} to become {expected}; it is {value(name)}'
         )
-
-    def said(self, teaching):
-        return [row[2].partition('moves nothing: ')[2] or row[2] for row in teaching.rows('says')]
 
     def test_a_knob_moves_a_number_in_one_change_that_undo_takes_back(self):
         knob = self.device(Temperature)

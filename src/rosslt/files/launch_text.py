@@ -42,7 +42,7 @@ class Event(NamedTuple):
     line: int
 
 
-class ParamChange(NamedTuple):
+class AttributeChange(NamedTuple):
     """The change of a <param>'s value, or of a word of a <node>'s arguments.
 
     Attributes:
@@ -140,8 +140,10 @@ def becomes(content: bytes, edit: Edit, events: Sequence[Event]) -> bool:
     return [event[:3] for event in after] == [event[:3] for event in events]
 
 
-def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """Make the edits that give <param> tags other values.
+def attribute_edits(
+    file: str, content: bytes, changes: Sequence[AttributeChange]
+) -> Tuple[List[Edit], List[Tuple[str, str]]]:
+    """Make the edits that give <param> tags, and arguments of nodes, other values.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -165,8 +167,8 @@ def param_edits(file: str, content: bytes, changes: Sequence[ParamChange]) -> Tu
     return edits, left
 
 
-def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> int:
-    """The index of the event at which the <param> of a change begins; ValueError if it is not certain."""
+def _index_of_tag(events: Sequence[Event], change: AttributeChange, file: str) -> int:
+    """The index of the event at which the tag of a change begins; ValueError if it is not certain."""
     tags = tags_in(events, change.tag)
     found = [index for index in tags if change.may_be(events[index])]
     # After an edit, a different <param> with that name may be the nth, or have the value that this one had.
@@ -178,7 +180,7 @@ def _index_of_tag(events: Sequence[Event], change: ParamChange, file: str) -> in
     return found[0]
 
 
-def _read(change: ParamChange, text: str) -> object:
+def _read(change: AttributeChange, text: str) -> object:
     """The value of an attribute as roslaunch reads it; None if it does not."""
     try:
         return change.read(text)
@@ -186,7 +188,7 @@ def _read(change: ParamChange, text: str) -> object:
         return None
 
 
-def _edit(file: str, content: bytes, events: List[Event], index: int, change: ParamChange) -> Edit:
+def _edit(file: str, content: bytes, events: List[Event], index: int, change: AttributeChange) -> Edit:
     """The edit that writes a value in an attribute of a tag.
 
     Raises:

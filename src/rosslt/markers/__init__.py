@@ -13,7 +13,6 @@ from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.waypoints import plan_drag, solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
-from rosslt.markers.frame_roots import heard_frames, most_common_root
 from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import GHOST, open_rviz
 from rosslt.markers.rviz.controls import pose_message
@@ -29,3 +28,4 @@ from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.selection import Selection
 from rosslt.markers.scene.shapes import plain_pose
 from rosslt.markers.scene.topics import Graph, Watch, is_visible
+from rosslt.markers.tf_frames import heard_frames, most_common_root

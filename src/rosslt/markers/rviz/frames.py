@@ -7,9 +7,9 @@ from typing import Dict, Optional, Set
 
 import rospy
 
-from rosslt.markers.frame_roots import heard_frames, most_common_root
 from rosslt.markers.scene.scene import Scene
 from rosslt.markers.scene.topics import Graph
+from rosslt.markers.tf_frames import heard_frames, most_common_root
 
 
 class FixedFrame:

@@ -304,11 +304,11 @@ def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List
         edits, left = edits + made, left + unmade
     from roslaunch.loader import convert_value
 
-    made, unmade = files.param_edits(
+    made, unmade = files.attribute_edits(
         file,
         content,
         [
-            files.ParamChange(
+            files.AttributeChange(
                 origin['tag'][0],
                 origin['tag'][1],
                 origin['name'],
