@@ -1,4 +1,6 @@
-"""A process that has done its work leaves the ROS graph before it ends."""
+"""A process that has done its work leaves the ROS graph, before it ends or as it ends."""
+
+import signal
 
 import pytest
 import rosgraph
@@ -32,3 +34,23 @@ def test_the_master_has_forgotten_a_node_that_left_while_its_process_goes_on(mas
         node.process.stdin.write('\n')
         node.process.stdin.flush()
         assert node.process.wait(30) == 0
+
+
+@pytest.mark.rostest
+def test_the_master_has_no_address_of_a_node_that_has_ended(master):
+    code = """
+        rospy.loginfo('a parameter of rospy says whether this names topics')
+        rospy.get_param_cached('~gains/p', 1.0)
+        rospy.get_param_cached('/robot', {})
+        print(rosslt.get_param('~speed', 2.0), flush=True)
+        rospy.spin()
+        """
+    parameters = rosgraph.Master('/test')
+    parameters.setParam('/robot', {'arm': {'length': 1.0}})
+    with Node('ender', code) as node:
+        assert node.read_line() == '2.0'
+        assert parameters.lookupNode('/ender') != parameters.lookupNode('/ender/rosslt')
+        assert node.stop(signal.SIGINT) == 0
+        for name in ('/ender', '/ender/rosslt'):
+            with pytest.raises(rosgraph.MasterError, match='unknown node'):
+                parameters.lookupNode(name)

@@ -210,6 +210,15 @@ def forget_node(name):
         listening.unsubscribeParam(NOBODY, name)
 
 
+def forget_plain_node(name, address):
+    """Take out of the master what a node of rospy alone leaves there as it ends by itself: a parameter of its log.
+
+    At the next node of its name, the master would shut down whoever has got its port by then.
+    """
+    with contextlib.suppress(OSError):  # the master is gone
+        rosgraph.Master(name).unsubscribeParam(address, '/rosout_disable_topics_generation')
+
+
 def wait_until_hears(subscriber, publisher):
     """Wait until a node publishes to a subscriber of this process, which knows itself connected a moment earlier."""
     api = rosgraph.Master('/test').lookupNode(publisher)

@@ -9,7 +9,7 @@ import threading
 import rosgraph
 
 import rosslt
-from support.processes import forget_node, node_pid, wait_until
+from support.processes import forget_node, forget_plain_node, node_pid, wait_until
 
 
 class Unmodified:
@@ -26,6 +26,7 @@ class Unmodified:
 
     def __init__(self, folder, name, code, *arguments, tracked=True, options=(), **environment):
         self.name = '/' + name
+        self.address = None  # of its node, once it is up
         self.file = folder / (name + '.py')
         self.file.write_text(code, encoding='utf-8', errors='surrogateescape')
         start = ['rosslt', 'run', *options] if tracked else [sys.executable]
@@ -51,7 +52,11 @@ class Unmodified:
     def is_up(self):
         """Whether its node is known to the master."""
         try:
-            return node_pid(rosgraph.Master('/test').lookupNode(self.name)) == self.process.pid
+            address = rosgraph.Master('/test').lookupNode(self.name)
+            if node_pid(address) != self.process.pid:
+                return False
+            self.address = address
+            return True
         except rosgraph.MasterError:
             return False
 
@@ -72,6 +77,8 @@ class Unmodified:
         output, errors = self.process.communicate()
         if self.process.returncode:
             forget_node(self.name)
+        elif self.address:
+            forget_plain_node(self.name, self.address)
         # shown where the test fails
         print(f'{self.name} {"lived" if lives else "had ended"}, and said:', output, errors, sep='\n')
 

@@ -10,10 +10,11 @@ import threading
 import time
 import weakref
 from types import FrameType
-from typing import Any, Callable, Optional, Set, Tuple
+from typing import Any, Callable, List, Optional, Set, Tuple
 
 import rospy.core
 import rospy.impl.masterslave
+import rospy.impl.paramserver
 import rospy.impl.registration
 import rospy.impl.tcpros_pubsub
 import rospy.impl.tcpros_service
@@ -83,6 +84,19 @@ USED_OF_CONNECTIONS = ('callerid_pub', 'done', 'is_latched')
 
 #: The attributes of a connection's reader that are used.
 USED_OF_PROTOCOLS = ('recv_data_class',)
+
+
+def cached_parameters() -> List[str]:
+    """The full names of the parameters that rospy's cache holds, and of all trees that they are in.
+
+    To read one with `get_param_cached`, as rospy does for each line of its log, subscribes to it. Nothing unsubscribes.
+    """
+    names, trees = [], [('', rospy.impl.paramserver.get_param_server_cache().d)]
+    for name, tree in trees:
+        for key, value in tree.items() if isinstance(tree, dict) else ():
+            names.append(f'{name}/{key}')
+            trees.append((names[-1], value))
+    return names
 
 
 def connected_publishers(subscriber: rospy.Subscriber) -> Set[str]:

@@ -19,6 +19,7 @@ import rospy
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused
 from rosslt.node.no_master import NO_MASTER
+from rosslt.node.rospy_internals import add_shutdown_hook, cached_parameters
 
 #: The timeout of the start of the XML-RPC server, in seconds.
 START_TIMEOUT = 10.0
@@ -54,7 +55,7 @@ class ParameterServer:
         if not self._handler.is_ready.wait(START_TIMEOUT):
             raise rospy.ROSInitException(f'the XML-RPC server of {name} does not start')
         self._name = name
-        rospy.on_shutdown(self._end)
+        add_shutdown_hook(self._end)
 
     @property
     def master(self) -> rosgraph.Master:
@@ -75,12 +76,22 @@ class ParameterServer:
         for key in heard:
             self.subscribe(key)
 
-    def _end(self) -> None:
-        """Unsubscribe; otherwise the master keeps the subscriptions."""
+    def _end(self, _reason: str) -> None:
+        """Unsubscribe, also from what rospy has subscribed to for its cache and its log.
+
+        Otherwise the master keeps the subscriptions and, at the next node of the name, shuts down whichever process
+        has got the address by then.
+        """
         with contextlib.suppress(*NO_MASTER):
-            master = rosgraph.Master(self._name)
-            for key in list(self._heard):
-                master.unsubscribeParam(self._xmlrpc.uri, key)
+            for name, uri, keys in (
+                (self._name, self._xmlrpc.uri, list(self._heard)),
+                (rospy.get_name(), rospy.get_node_uri(), cached_parameters()),
+            ):
+                calls: Any = MultiCall(self.master.handle)
+                for key in keys:
+                    calls.unsubscribeParam(name, uri, key)
+                if keys:
+                    calls()
         self._xmlrpc.shutdown('the node is shut down')
 
     def get(self, key: str) -> Tree:
