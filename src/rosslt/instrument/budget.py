@@ -1,8 +1,11 @@
-"""Limits what recording costs a node: the CPU time that it takes itself and 5 % of a core, over any half a second.
+"""Limits what recording costs a node: a third of the CPU time that it takes otherwise or, if that is more, 3 % of a
+core.
 
-A debt grows by what recording takes, and shrinks by what the node takes itself and as time passes. If it passes
-`MOST`, recording stops: results are plain. It begins again with the next round, a message that is sent or a
-callback, once the debt is paid. A publisher whose round was not recorded as a whole sends sampled messages.
+What recording takes is owed to both; the one debt is paid by the CPU time that the node takes otherwise, the other one
+as time passes. A round of a publisher or a service ends with its message. If both have passed `MOST` at the end of a
+round, or `MOST_OF_ROUND` within one, recording stops: results are plain. It begins again with the next round, once one
+of them is paid. A publisher whose round was not recorded as a whole sends sampled messages. So that each publisher of a
+node has whole rounds, recording stops with a round of the publisher that it began with, from its second one on.
 
 Requests are answered at once: after a publisher was made, after a change, and after somebody has subscribed, recording
 goes on until a message was recorded as a whole, for `ASKED` at most. That adds to the debt like all recording.
@@ -16,14 +19,20 @@ from typing import Any, Callable, Set
 from rosslt import values
 from rosslt.instrument.tree_rewriting import CELLS
 
-MOST = 0.25
-"""The CPU time in seconds by which recording may be ahead of the node: half of that of half a second."""
+MOST = 0.1
+"""The CPU time in seconds by which recording may be ahead after a round."""
+
+MOST_OF_ROUND = 1.0
+"""The CPU time in seconds by which recording may be ahead within a round."""
 
 ASKED = 2.0
 """The CPU time in seconds that recording may take once somebody has asked, whatever is owed: two rounds of a second."""
 
-FREE = 0.05
-"""The share of a core that recording may take, however little the node does itself."""
+OF_NODE = 1 / 3
+"""The share of the CPU time of a node without recording that recording may take."""
+
+OF_CORE = 0.03
+"""The share of a core that recording may take, however little the node does otherwise."""
 
 _GRANT = 24989
 """The number of operations between two looks at the clock: a prime, so that in a loop each line is met in its turn."""
@@ -49,9 +58,11 @@ class Budget:
         self.stops = 0
         self.spent = 0.0
         self.lines: Counter = Counter()
-        self._debt = 0.0
-        self._most = MOST
+        self._owed_to_node = self._owed_to_core = 0.0
+        self._most = MOST_OF_ROUND
         self._asked: Set[object] = set()
+        self._first: object = None  # the one whose round recording began with
+        self._rounds = 0  # that it has had since
         self._clock, self._wall_clock = clock, wall_clock
         self._since, self._wall_since = clock(), wall_clock()
 
@@ -60,13 +71,24 @@ class Budget:
         self._since, self._wall_since = self._clock(), self._wall_clock()
         values.limit_recording(self._refill)
 
-    def begin_round(self) -> None:
-        """Record again, if it was stopped and the debt is paid."""
+    def begin_round(self, publisher: object) -> None:
+        """Record again if the debt is paid, or stop if it has become too large.
+
+        Args:
+            publisher: the one that has sent a message, or the service that answers.
+        """
         if self.stops % 2:
             self._account(0.0)
             if self._asked or not self._debt:
                 self.stops += 1
+                self._first, self._rounds = publisher, 0
                 values.allow(_GRANT)
+        elif self._first in (None, publisher):
+            self._first = publisher
+            self._rounds += 1
+            if self._rounds > 1 and self._debt >= MOST and not self._asked:
+                self.stops += 1
+                self._account((_GRANT - values.allow(0)) * values.OPERATION)
 
     def ask(self, asked: object) -> None:
         """Record from the next round on, whatever the debt, until the asked publisher has answered."""
@@ -78,7 +100,11 @@ class Budget:
         """An asked publisher has sent a message that was recorded as a whole."""
         self._asked.discard(asked)
         if not self._asked:
-            self._most = MOST
+            self._most = MOST_OF_ROUND
+
+    @property
+    def _debt(self) -> float:
+        return min(self._owed_to_node, self._owed_to_core)
 
     def _refill(self, overdrawn: int) -> int:
         self._account((_GRANT + overdrawn) * values.OPERATION)
@@ -90,14 +116,15 @@ class Budget:
         if self._debt < self._most:
             return _GRANT
         self._asked.clear()
-        self._most = MOST
+        self._most = MOST_OF_ROUND
         self.stops += 1
         return 0
 
     def _account(self, recording: float) -> None:
         now, wall_now = self._clock(), self._wall_clock()
-        paid = max(0.0, now - self._since - recording) + FREE * (wall_now - self._wall_since)
-        self._debt = max(0.0, self._debt + recording - paid)
+        others = max(0.0, now - self._since - recording)
+        self._owed_to_node = max(0.0, self._owed_to_node + recording - OF_NODE * others)
+        self._owed_to_core = max(0.0, self._owed_to_core + recording - OF_CORE * (wall_now - self._wall_since))
         self.spent += recording
         self._since, self._wall_since = now, wall_now
 

@@ -53,7 +53,7 @@ class Publisher(node.Publisher):
             BUDGET.ask(self)
         elif self._is_recorded:
             BUDGET.answer(self)
-        BUDGET.begin_round()
+        BUDGET.begin_round(self)
         self._stops = BUDGET.stops
 
     def _provenance(self, message: messages.Message) -> bytes:
@@ -68,7 +68,7 @@ class Service(node.Service):
     """
 
     def _begin_request(self) -> None:
-        BUDGET.begin_round()
+        BUDGET.begin_round(self)
 
 
 def reach(message: messages.Message) -> bool:

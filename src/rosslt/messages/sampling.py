@@ -37,7 +37,7 @@ than 20 Hz has a message in this time, and the messages of a slower topic are mo
 MOST_THINGS = 1024
 """The most things that a publisher, or a reader, remembers."""
 
-ThingReader = Callable[[Any], Tuple[Hashable, ...]]
+ThingReader = Callable[[Any], Hashable]
 """Names the thing that a message is about, by its texts and whole numbers: frames, namespace and id of a marker. The
 number and the times of headers do not count."""
 
@@ -64,12 +64,12 @@ def _reader(layout: Layout, type_: str, reads_all: bool) -> ThingReader:
                 arrays.append((operator.attrgetter(path), read))
         elif kind_of(field.type) in 'is' and owner not in INSTANTS and (owner, field.name) != (HEADER, 'seq'):
             paths.append(path)
-    own = _attributes_reader(paths)
+    own = operator.attrgetter(*paths) if paths else _read_nothing
     if not arrays:
         return own
 
     def read_arrays(message: Message) -> Tuple[Hashable, ...]:
-        found = [*own(message)]
+        found: List[Hashable] = [own(message)]
         for array_of, read in arrays:
             array = array_of(message)
             if reads_all:
@@ -79,13 +79,6 @@ def _reader(layout: Layout, type_: str, reads_all: bool) -> ThingReader:
         return tuple(found)
 
     return read_arrays
-
-
-def _attributes_reader(paths: List[str]) -> ThingReader:
-    if not paths:
-        return _read_nothing
-    read = operator.attrgetter(*paths)
-    return read if len(paths) > 1 else lambda message: (read(message),)
 
 
 def _read_nothing(message: Message) -> Tuple[Hashable, ...]:
@@ -100,7 +93,7 @@ def thing_of(message: Message) -> Hashable:
 def form_of(message: Message) -> Tuple[Hashable, ...]:
     """The number of leaves of a message and all its names. In messages of one thing and form, a leaf is the same number
     of the same thing."""
-    return (leaf_count(message), *thing_reader(message.__class__, reads_all=True)(message))
+    return leaf_count(message), thing_reader(message.__class__, reads_all=True)(message)
 
 
 class SampledProvenance:

@@ -19,7 +19,7 @@ from .sources import Source
 from .tracked import CLASSES, TRACKED, new, plain_scalar
 from .tree import rebuilt, scalars
 
-OPERATION = 1e-7
+OPERATION = 1.2e-7
 """The CPU time in seconds that is counted for an operation of the compiled core, with what frees its memory again."""
 
 OF_PYTHON = 20

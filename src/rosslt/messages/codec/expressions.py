@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from rosslt.messages.codec.table_reader import ReceivedTables
 from rosslt.messages.codec.table_writer import TableWriter, Unencodable, checked
-from rosslt.messages.codec.varint import Reader, packed, packed_strings, unzigzag, zigzag
+from rosslt.messages.codec.varint import Reader, packed, packed_strings, unzigzagged, zigzag
 from rosslt.messages.codec.wire_format import (
     EXACT,
     FALSE,
@@ -177,7 +177,7 @@ class _InstructionReader:
         if code == FLOAT:
             return self._reader.floats(1, 'a constant')[0]
         if code == INT:
-            value = unzigzag(self._reader.column(1, 'a constant')[0])
+            value = unzigzagged(self._reader.column(1, 'a constant'))[0]
             if not -INT_LIMIT < value < INT_LIMIT:
                 raise self._reader.fail('found the integer %d, of more than 64 bits', value)
             return value

@@ -27,11 +27,6 @@ def zigzag(number: int) -> int:
     return number * 2 if number >= 0 else -number * 2 - 1
 
 
-def unzigzag(number: int) -> int:
-    """The inverse of `zigzag`."""
-    return number >> 1 if not number & 1 else -(number >> 1) - 1
-
-
 def unzigzagged(numbers: Sequence[int]) -> List[int]:
     """The inverse of `zigzag` of each."""
     return [number >> 1 ^ -(number & 1) for number in numbers]
