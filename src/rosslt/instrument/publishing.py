@@ -14,7 +14,7 @@ from rosslt.instrument.cells import decide_shapes, location_of
 from rosslt.instrument.losses import LOSSES
 
 #: The period of inspecting a publisher's messages, in seconds, and the share of a core that it takes at most.
-PERIOD, SHARE = 0.5, 0.02
+PERIOD, SHARE = 0.5, 0.005
 
 
 class Publisher(node.Publisher):

@@ -18,9 +18,9 @@ from rosslt.messages.leaves import has_tracked_leaf, leaf_count, locate, set_lea
 from rosslt.messages.walkers import END, walkers
 from rosslt.values import OPERATION, lazy_of, spend, untracked
 
-COSTLY = 0.0002
+COSTLY = 0.0001
 """The CPU time in seconds that writing the provenance of all things of a publisher once may take; from there on it is
-written less often, in proportion: at 100 Hz, it takes 2 % of a core."""
+written less often, in proportion: at 100 Hz, it takes 1 % of a core."""
 
 LONGEST_PAUSE = 1.0
 """The longest time in seconds between whole messages of one thing, whatever they cost."""
