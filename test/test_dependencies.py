@@ -17,6 +17,8 @@ KEYS = {
     'scipy': 'python3-scipy',
     'yaml': 'python3-yaml',
 }
+#: The Debian packages of executables that are called neither as their ROS package nor ros-*.
+DEBIAN = {'rosbag': {'python3-rosbag'}}
 PAGE = PACKAGE / 'web'
 #: What the page alone imports: viser, and packages that it brings along.
 FROM_VISER = {'trimesh', 'viser', 'websockets'}
@@ -109,7 +111,8 @@ def test_what_is_imported_is_installed():
 
 def test_what_is_launched_is_installed():
     def is_there(name):
-        return name in manifest() and not installed().isdisjoint({name, 'ros-' + name.replace('_', '-')})
+        packages = DEBIAN.get(name, {name, 'ros-' + name.replace('_', '-')})
+        return name in manifest() and not installed().isdisjoint(packages)
 
     assert {name: file for name, file in launched().items() if not is_there(name)} == {}
 

@@ -27,7 +27,7 @@ SUITES = sorted(HERE.rglob('*.test'))
 SLOW = {
     *('instrument/flying', 'markers/arm', 'markers/robot', 'markers/watching'),
     *('markers/talker_listener', 'markers/visualization_talker_listener', 'node/closed_loop'),
-    *('actions/actions', 'teach/locations', 'teach/matching', 'teach/numbers'),
+    *('actions/actions', 'teach/led', 'teach/locations', 'teach/matching', 'teach/numbers'),
 }
 DEFAULT_TIME_LIMIT = 60  # rostest's own, in seconds, for a <test> that says none
 STARTING_AND_STOPPING = 60

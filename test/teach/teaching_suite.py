@@ -131,6 +131,7 @@ class Teaching(WithDevices):
         self.assertEqual(value('x'), 1.0)
         self.assertEqual(len(lines('log', '/stage')), before)
         wait_until(lambda: ghosts[-1].markers[0].action == Marker.DELETEALL, 'the ghost goes')
+        self.assertEqual(ghosts[-1].markers[0].header.frame_id, 'world', 'RViz takes it after the ghost')
         shown = [array.markers[0] for array in ghosts if array.markers[0].action == Marker.ADD]
         self.assertEqual({(one.type, one.header.frame_id, one.color.a) for one in shown}, {(Marker.CUBE, 'world', 0.5)})
         self.assertAlmostEqual(max(one.pose.position.x for one in shown), 1.0 + 500 * STEP, delta=10 * STEP)

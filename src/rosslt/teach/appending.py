@@ -24,8 +24,8 @@ class Appending(Ghost):
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
         """A hand has let go of a handle: its ghost goes away."""
-        del frame, pose, hand
-        self._vanish(name)
+        del pose, hand
+        self._vanish(name, frame)
 
     def check(self, handle: Handle) -> None:
         """Check that rows can be added for a thing; raises as `checked_place` does."""

@@ -55,15 +55,17 @@ class Ghost:
 
     def release(self, name: str, frame: str, pose: PoseTuple, hand: str) -> None:
         """A hand has let go of a handle: its ghost goes away, and it is said what would have changed."""
-        del frame, hand
+        del hand
         handle = self._handle
-        self._vanish(name)
+        self._vanish(name, frame)
         if handle is not None:
             self._say(self._planned(handle, pose))
 
-    def _vanish(self, name: str) -> None:
+    def _vanish(self, name: str, frame: str) -> None:
         self._handle = None
-        self._publisher.publish([Marker(action=Marker.DELETEALL)])
+        gone = Marker(action=Marker.DELETEALL)
+        gone.header.frame_id = frame  # without one, RViz takes it before a ghost that still waits
+        self._publisher.publish([gone])
         self._scene.put_back(name)  # the view of the hand has it where the ghost was
 
     def _planned(self, handle: Handle, pose: PoseTuple) -> str:
