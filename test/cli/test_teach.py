@@ -21,6 +21,14 @@ def test_terminal_shows_holder_place_numbers_and_refusals(monkeypatch, capsys):
     assert shown == f'{first}\r\x1b[K{held}\r\x1b[Kx is locked\n{held}\n'
 
 
+def test_terminal_shows_whole_numbers_without_a_point(monkeypatch, capsys):
+    monkeypatch.setattr(teach, 'is_terminal', lambda: True)
+    screen = teach.Screen('/joy')
+    screen.name = '/pid/count'
+    screen.show(True, [123456], {'count': 123456})
+    assert capsys.readouterr().out.endswith('/joy holds /pid/count at 123456: count = 123456')
+
+
 def test_pipe_gets_a_line_when_the_hand_takes_hold_and_lets_go(capsys):
     screen = teach.Screen('/joy')
     screen.name = '/box'

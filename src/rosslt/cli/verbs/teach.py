@@ -489,8 +489,9 @@ class Screen:
             self._is_held = is_held
         if is_terminal() and (has_changed or time.monotonic() >= self._due):
             self._due = time.monotonic() + PERIOD
-            texts = [f'{name} = {value:.4g}' for name, value in numbers.items() if not isinstance(value, str)]
-            where = ' '.join(f'{one:.3f}' for one in place)
+            shown = {name: value for name, value in numbers.items() if not isinstance(value, str)}
+            texts = [f'{name} = {value:{"" if isinstance(value, int) else ".4g"}}' for name, value in shown.items()]
+            where = ' '.join(f'{one:{"" if isinstance(one, int) else ".3f"}}' for one in place)
             line = f'{self._by if is_held else "nobody"} holds {self.name} at {where}: {few(texts)}'
             self._line = shortened(line, shutil.get_terminal_size().columns - 1)
             print(CLEAR + self._line, end='', flush=True)
