@@ -21,6 +21,14 @@ def test_terminal_shows_holder_place_numbers_and_refusals(monkeypatch, capsys):
     assert shown == f'{first}\r\x1b[K{held}\r\x1b[Kx is locked\n{held}\n'
 
 
+def test_terminal_shows_whole_numbers_without_a_point(monkeypatch, capsys):
+    monkeypatch.setattr(teach, 'is_terminal', lambda: True)
+    screen = teach.Screen('/joy')
+    screen.name = '/pid/count'
+    screen.show(True, [123456], {'count': 123456})
+    assert capsys.readouterr().out.endswith('/joy holds /pid/count at 123456: count = 123456')
+
+
 def test_pipe_gets_a_line_when_the_hand_takes_hold_and_lets_go(capsys):
     screen = teach.Screen('/joy')
     screen.name = '/box'
@@ -65,12 +73,24 @@ def test_what_does_not_fit_together_is_misused(words, told, capsys):
 
 def test_both_sides_of_a_match_are_completed(monkeypatch, capsys):
     monkeypatch.setattr(completers, 'topics', lambda word, before=(), end=' ': ['/goal' + end, '/goal/data '])
+    monkeypatch.setattr(completers, '_joints', lambda word: [])
     assert list(completers.matches('/go')) == ['/goal/', '/goal/data=']
     assert list(completers.matches('/a/data=/go')) == ['/a/data=/goal ', '/a/data=/goal/data ']
     line = 'rosslt teach --match /a/data='
     for typed, seen in (('', '='), ('/go', '/go')):
         completion.write_completions(line + typed, seen)
         assert capsys.readouterr().out.splitlines() == ['/goal ', '/goal/data ']
+
+
+def test_joints_are_completed_on_both_sides_of_a_match(monkeypatch, capsys):
+    monkeypatch.setattr(completers, 'topics', lambda word, before=(), end=' ': ['/leader' + end])
+    monkeypatch.setattr(completers, '_joints', lambda word: ['/leader:elbow ' if ':' in word else '/leader:'])
+    assert list(completers.matches('/le')) == ['/leader/', '/leader:']
+    assert list(completers.matches('/leader:')) == ['/leader:elbow=']
+    line = 'rosslt teach --match /command:elbow='
+    for typed, seen, offered in (('/le', '/le', ['/leader ', '/leader:']), ('/leader:el', 'el', ['elbow '])):
+        completion.write_completions(line + typed, seen)
+        assert capsys.readouterr().out.splitlines() == offered
 
 
 def test_a_joint_is_completed_behind_the_colon_as_bash_splits_words(monkeypatch, capsys):

@@ -6,7 +6,6 @@ import re
 from collections import Counter
 
 import pytest
-import yaml
 
 from rosslt.files import (
     Edit,
@@ -18,9 +17,9 @@ from rosslt.files import (
     python_row_edits,
     replaced,
     taking_back,
-    yaml_row_edits,
 )
 from rosslt.files.rows import OPERATIONS, index_after, index_before, operate
+from support.row_texts import RowText, in_yaml
 
 
 def in_python(text, marked, operation, encoding='utf-8'):
@@ -31,13 +30,6 @@ def in_python(text, marked, operation, encoding='utf-8'):
     edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation)
     assert all(content[edit.start : edit.end] == edit.old for edit in edits)
     return replaced(content, edits).decode(encoding)
-
-
-def in_yaml(text, path, operation):
-    """A YAML text after an operation with the row at a path."""
-    content = text.encode()
-    edits, _ = yaml_row_edits('a.yaml', content, path, operation)
-    return replaced(content, edits).decode()
 
 
 LIST = """\
@@ -219,73 +211,6 @@ def test_rows_of_yaml_in_a_launch_file():
         done(0, 1, ['w', 0], 'up')
 
 
-class Text:
-    """A text of a random layout with a list of rows in it, and how its rows are found and read."""
-
-    def __init__(self, chance):
-        self.chance = chance
-        self.newline = chance.choice(['\n', '\r\n'])
-        self.kind = chance.choice(['list', 'tuple', 'script', 'block', 'flow'])
-        self.shape = chance.choice(['list', 'map', 'scalar'] if self.kind != 'script' else ['list', 'scalar'])
-        self.is_yaml = self.kind in ('block', 'flow')
-        indentation = '' if self.kind == 'script' else chance.choice(['  ', '      '] if self.is_yaml else ['  ', '\t'])
-        rows = [self.row(number, indentation) for number in range(chance.randint(2 if self.kind == 'script' else 1, 5))]
-        opening = {'list': 'A = [', 'tuple': 'A = (', 'script': 'begin()', 'block': 'A:', 'flow': 'A: ['}[self.kind]
-        closing = {'list': ']', 'tuple': ')', 'script': 'end()', 'block': '', 'flow': ' ]'}[self.kind]
-        lines = ['# ä', opening]
-        self.is_last_bare = chance.random() < 0.5 and len(rows) > 1
-        for number, row in enumerate(rows):
-            lines += [''] * (chance.random() < 0.2) + [indentation + '# between'] * (chance.random() < 0.2)
-            has_comma = self.kind in ('list', 'tuple', 'flow') and not (self.is_last_bare and number == len(rows) - 1)
-            comment = chance.choice(['', '', f'  # row, {number}', ' '])
-            lines.append(indentation + row + ',' * has_comma + comment)
-        lines += [closing] * bool(closing)
-        self.text = self.newline.join(lines) + self.newline * (chance.random() < 0.8)
-
-    def number(self):
-        return self.chance.choice(['1.50', '-2', '1.0e-3', '0.25', '7']) + self.chance.choice(['', '1'])
-
-    def row(self, number, indentation):
-        mark, one, other = f'1000{number}', self.number(), self.number()
-        if self.kind == 'script':
-            return f'goto({mark}, {one}, x={other})' if self.shape == 'list' else f'goto({mark})'
-        dash, quote = ('- ' if self.kind == 'block' else ''), '' if self.is_yaml else "'"
-        below = self.newline + indentation + '  '
-        gap = self.chance.choice([' ', ' ', below])
-        if self.shape == 'scalar':
-            return dash + mark
-        if self.shape == 'list':
-            return f'{dash}[{mark},{gap}{one}, "ä"]'
-        if self.kind == 'block' and self.chance.random() < 0.5:
-            return f'{dash}x: {mark}{below}y: {one}'
-        return f'{dash}{{{quote}x{quote}: {mark},{gap}{quote}y{quote}: {other}}}'
-
-    def read(self, text):
-        """(the list, all else that the text says)."""
-        if self.is_yaml:
-            found = yaml.safe_load(text)
-            return found.pop('A'), found
-        tree = ast.parse(text)
-        if self.kind == 'script':
-            return [ast.unparse(one) for one in tree.body[1:-1]], [
-                ast.unparse(tree.body[0]),
-                ast.unparse(tree.body[-1]),
-            ]
-        (assigned,) = tree.body
-        return list(ast.literal_eval(assigned.value)), type(assigned.value)
-
-    def after(self, text, index, operation):
-        """The text after an operation with a row."""
-        if self.is_yaml:
-            return in_yaml(text, ['A', index], operation)
-        tree = ast.parse(text)
-        those = tree.body[1:-1] if self.kind == 'script' else tree.body[0].value.elts
-        lines = text.replace('\r\n', '\n').split('\n')
-        content = text.encode()
-        column = len(lines[those[index].lineno - 1].encode()[: those[index].col_offset].decode()) + 2
-        return replaced(content, python_row_edits('a.py', content, those[index].lineno, column, operation)).decode()
-
-
 def other_lines(text):
     """The lines of a text that belong to no row."""
     return [line for line in re.split(r'\r?\n', text) if re.match(r'\s*(#|$|A\b|\]|\)|begin|end)', line)]
@@ -327,7 +252,7 @@ def test_an_edit_is_taken_back_beside_others_of_the_file(seed):
 def test_random_operations_do_what_they_do_with_a_list(seed):
     chance = random.Random(seed)
     for _ in range(50):
-        layout = Text(chance)
+        layout = RowText(chance)
         text = layout.text
         rows, rest = layout.read(text)
         index, operation = chance.randrange(len(rows)), chance.choice(['duplicate', 'delete', 'up', 'down'])
@@ -444,6 +369,25 @@ def test_what_is_no_number_of_one_row_gets_no_rows(text, marked, reason):
         with_rows(text, marked, [0.5] * len(marked))
     with pytest.raises(FileError, match=reason):
         with_rows(text, marked)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_random_rows_are_added_and_every_other_byte_stays(seed):
+    chance = random.Random(seed)
+    for _ in range(50):
+        layout = RowText(chance, is_yaml=False)
+        rows, rest = layout.read(layout.text)
+        index = chance.randrange(len(rows))
+        mark, numbers = layout.mark(index), [20000 + number for number in range(chance.randint(1, 4))]
+        print(layout.text, index, numbers)  # shown where the test fails
+        made = with_rows(layout.text, [mark], *[(number,) for number in numbers])
+        added = [ast.literal_eval(repr(rows[index]).replace(mark, str(number))) for number in numbers]
+        assert layout.read(made) == ([*rows[: index + 1], *added, *rows[index + 1 :]], rest), made
+        assert other_lines(made) == other_lines(layout.text)
+        assert not lines_but_commas(layout.text) - lines_but_commas(made), made
+        if index < len(rows) - 1 or not layout.is_last_bare:
+            start = next(place for place, (one, other) in enumerate(zip(layout.text, made)) if one != other)
+            assert made.endswith(layout.text[start:]), made
 
 
 @pytest.mark.parametrize('operation', OPERATIONS)

@@ -61,7 +61,14 @@ def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
         wait_until(lambda: 'Row' in titles(hand, '/stops::1')[0], 'the row is known')
         assert titles(hand, '/stops::1')[1] == ['Duplicate', 'Delete', 'Move up', 'Move down']
         wait_until(lambda: any('HEIGHT' in title for title in titles(hand, '/stops::3')[0]), 'its numbers are known')
-        assert 'Row' not in titles(hand, '/stops::3')[0]
+        several = ['WAYPOINTS_0_0', 'WAYPOINTS_1_1']
+        wait_until(lambda: titles(hand, '/stops::3')[1] == several, lambda: titles(hand, '/stops::3'))
+        hand.choose('/stops::3', 'Duplicate')
+        said(hand, '/stops::3', 'duplicated WAYPOINTS_0 in patrol.py')
+        dock = '    (0.25, 1.0),  # the dock\n'
+        assert node.file.read_text() == PATROL.replace(dock, dock * 2)
+        rosslt('undo', '/patrol')
+        assert node.file.read_text() == PATROL
 
         hand.choose('/stops::1', 'Duplicate')
         said(

@@ -124,25 +124,25 @@ def test_what_the_next_target_comes_from_too_stays_chosen(asked, patrol):
     assert asked == [{OFFSET[0]: 0.5}]
 
 
-def test_the_row_of_a_thing_is_that_of_what_a_drag_changes(patrol):
-    def row():
-        return patrol.offers.row(patrol.offers.choices(patrol.scene.handle(NAME)))
+def test_the_rows_of_a_thing_are_those_of_what_a_drag_changes(patrol):
+    def rows():
+        return patrol.offers.rows(patrol.offers.choices(patrol.scene.handle(NAME)))
 
-    def know(*rows):
+    def know(*told_rows):
         numbers = [one.location_id for one in (*POST, *OFFSET)]
-        told = itertools.zip_longest(numbers, rows, fillvalue='')
+        told = itertools.zip_longest(numbers, told_rows, fillvalue='')
         node.directory().take('/guard', [Location(id=number, row=row) for number, row in told])
 
     try:
-        assert row() is None, 'nothing is known'
+        assert rows() == [], 'nothing is known'
         know('guard.py:3:1[1]', 'guard.py:3:1[1]')
-        assert row() == POST[0]
+        assert [source for _, source in rows()] == [POST[0]]
         know('', '', 'guard.py:9:1[0]', 'guard.py:9:1[0]')
-        assert row() == OFFSET[0]
+        assert [source for _, source in rows()] == [OFFSET[0]]
         know('guard.py:3:1[1]')
-        assert row() == POST[0], 'the other number is in no row'
+        assert [source for _, source in rows()] == [POST[0]], 'the other number is in no row'
         know('guard.py:3:1[1]', 'guard.py:3:1[2]')
-        assert row() is None, 'they are in two'
+        assert [source for _, source in rows()] == POST, 'they are in two'
     finally:
         know()
 

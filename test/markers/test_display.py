@@ -345,10 +345,10 @@ def test_the_row_of_a_menu_is_the_one_that_it_was_drawn_with():
     edited = []
     offers = SimpleNamespace(edit_row=lambda *arguments: edited.append(arguments))
     menus = Menus(offers, lambda _name: None, set(), Selection(shows_all=False))
-    menu, next_row = Menu([], False, [], False, row=SOURCE), values.Source('/owner', 2)
+    menu, next_row = Menu([], False, [], False, rows=[('a', SOURCE)]), values.Source('/owner', 2)
     first, then = Inserted(), Inserted()
     menus.add(first, 'thing', menu)
-    menus.add(then, 'thing', menu._replace(row=next_row))
+    menus.add(then, 'thing', menu._replace(rows=[('b', next_row)]))
     assert [entry.title for entry in rows_of(first)] == ['Duplicate', 'Delete', 'Move up', 'Move down']
     for entry in rows_of(first):
         then.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
@@ -356,6 +356,22 @@ def test_the_row_of_a_menu_is_the_one_that_it_was_drawn_with():
     for entry in rows_of(then):
         then.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
     assert edited == [('thing', next_row, operation) for operation in ('duplicate', 'delete', 'up', 'down')]
+
+
+def test_each_of_several_rows_has_a_submenu_of_its_own():
+    edited = []
+    offers = SimpleNamespace(edit_row=lambda *arguments: edited.append(arguments))
+    rows, server = [('a', SOURCE), ('b', values.Source('/owner', 2))], Inserted()
+    Menus(offers, lambda _name: None, set(), Selection(shows_all=False)).add(
+        server, 'thing', Menu([], False, [], False, rows)
+    )
+    entries = server.marker.menu_entries
+    assert [entry.title for entry in rows_of(server)] == ['a', 'b']
+    for row in rows_of(server):
+        for entry in (row, *[one for one in entries if one.parent_id == row.id]):
+            server.told(InteractiveMarkerFeedback(menu_entry_id=entry.id))
+    operations = 'duplicate', 'delete', 'up', 'down'
+    assert edited == [('thing', source, operation) for _, source in rows for operation in operations]
 
 
 def test_a_menu_without_a_row_has_no_submenu_for_it():

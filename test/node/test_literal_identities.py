@@ -1,6 +1,7 @@
 """What identifies a number in a text never identifies another one after an edit."""
 
 import ast
+import random
 
 import pytest
 from hypothesis import given
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from rosslt.instrument.literals import SourceText, find_literals
 from rosslt.instrument.states import find_states
 from rosslt.node.locations.literal_identities import identities
+from support.row_texts import RowText
 
 #: Lines with a number that is a location, and one that is none where there are two.
 CALLS = [
@@ -103,6 +105,30 @@ def test_all_numbers_of_a_line_that_has_no_equal_keep_their_identity_when_they_a
     before, after = ids_of_literals(text.format(1.5, -2.5)), ids_of_literals(text.format(-7.0, 8.25))
     assert list(before) == list(after)
     assert len(before) == 4
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_what_is_done_with_rows_gives_none_the_id_of_another(seed):
+    """All numbers beside them keep theirs."""
+    chance = random.Random(seed)
+    for _ in range(50):
+        layout = RowText(chance, is_yaml=False)
+        rows, _ = layout.read(layout.text)
+        index = chance.randrange(len(rows))
+        moves = ['up'] * (index > 0) + ['down'] * (index < len(rows) - 1)
+        operation = chance.choice(['duplicate', *['delete'] * (len(rows) > 1), *moves])
+        around = f'HOME = 0.125{layout.newline}%s{layout.newline}send(0.375){layout.newline}'
+        texts = [around % text for text in (layout.text, layout.after(layout.text, index, operation))]
+        print(*texts, index, operation)  # shown where the test fails
+        found = [ids_of_literals(text) for text in texts]
+        before, after = ({one: mark for one, mark in ids.items() if mark >= 10000} for ids in found)
+        beside = [{one: number for one, number in ids.items() if number in (0.125, 0.375)} for ids in found]
+        assert beside[0] == beside[1]
+        assert len(beside[0]) == 2
+        assert len(before) == len(rows)
+        others = [one for one in before.keys() & after.keys() if before[one] != after[one]]
+        # if the last row has no comma, its words are those of no other, and stand for what is there
+        assert all(layout.is_last_bare and ' of ' not in one for one in others)
 
 
 @pytest.mark.slow

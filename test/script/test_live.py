@@ -255,6 +255,39 @@ def test_an_id_never_comes_to_mean_another_number(tmp_path):
             assert meant.setdefault(location.name, place) == place
 
 
+@pytest.mark.parametrize('seed', [0, *[pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 10)]])
+def test_rows_that_have_no_equal_keep_their_ids_as_rows_change(seed, tmp_path):
+    dice, path = random.Random(seed), tmp_path / 'tour.script'
+    path.write_text('height = 1.5\n' + ''.join(f'goto({number}.25, 0, height)  # {number}\n' for number in range(4)))
+    stage, fresh = Stage(path), 4
+
+    def ids():
+        """{text of a line: the ids of its numbers} of those lines that are there once."""
+        texts = stage.text.splitlines()
+        at = {number: [one.name for one in stage.locations.values() if one.site.line == number] for number in range(99)}
+        return {text: at[number] for number, text in enumerate(texts, 1) if texts.count(text) == 1}
+
+    for _ in range(100):
+        before, count = ids(), len(stage.text.splitlines()) - 1
+        row = dice.randint(1, count)
+        moves = [files.UP] * (row > 1) + [files.DOWN] * (row < count)
+        operation = dice.choice([*moves, *[files.DUPLICATE] * (count < 6), *[files.DELETE] * (count > 2)])
+        content = path.read_bytes()
+        stage.save(files.replaced(content, files.python_row_edits(str(path), content, row + 1, 6, operation)).decode())
+        after = ids()
+        print(operation, row, stage.text)  # shown where the test fails
+        for text in before.keys() & after.keys():
+            assert sorted(before[text]) == sorted(after[text])
+            assert len(before[text]) in (1, 2)
+        lines = stage.text.splitlines(True)
+        equal = [place for place, line in enumerate(lines) if lines.index(line) < place]
+        for place in equal:  # a person changes the copy
+            fresh += 1
+            lines[place] = f'goto({fresh}.25, 0, height)  # {fresh}\n'
+        stage.save(''.join(lines))
+    assert not stage.errors
+
+
 def test_persons_and_changes_at_the_same_moment_lose_nothing(stage):
     """Somebody saves a line more, over and over, while a number is dragged."""
     files.FileWatch(str(stage.path), stage.script.reload)

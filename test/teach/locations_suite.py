@@ -147,8 +147,11 @@ class Locations(WithDevices):
         joy = self.device(Joy)
         teaching = self.teach('/lab/pid/count', joy.name, '--deadman', '1', '--scale', '10')
         self.hold(teaching, joy, lambda: self.joy(0, 0, 0))
-        self.play(joy, *[self.joy(1.0, 0, 0) for _ in range(30)], self.joy(0, 0, 0, held=False))
+        self.play(joy, *[self.joy(1.0, 0, 0) for _ in range(34)], self.joy(0, 0, 0, held=False))
         self.expect('/lab/pid/count', 6)
+        ((*_, held),) = teaching.rows('holds')
+        ((*_, left),) = teaching.wait_for('lets go')
+        self.assertEqual((held, left), ('3', '6'))
 
     def test_names_without_their_slash_and_of_parameters_are_taken(self):
         joy = self.device(Joy)

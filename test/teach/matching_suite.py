@@ -233,6 +233,21 @@ class Matching(unittest.TestCase):
         rospy.sleep(1.1)  # until the elbow is old
         self.assertIn('no joint of /command (shoulder, elbow) is among those of /joint_states', self.refused())
 
+    def test_one_joint_becomes_a_joint_of_another_name_or_a_number(self):
+        rosslt('reset', '/arm')
+        before = self.waypoints()
+        self.measures('/leader', JointState(name=['knee', 'elbow'], position=[0.375, -0.625]))
+        self.measures('/gripper', Float64(0.0625))
+        self.teach('/command:elbow=/leader:knee', '/grip/data=/leader:elbow', '/command:shoulder=/gripper/data')
+        said = self.done()
+        changed = {name: now for name, now in self.waypoints().items() if now != before[name]}
+        self.assertEqual(changed, {'/arm/WAYPOINTS_1_0': 0.0625, '/arm/WAYPOINTS_1_1': 0.375}, said)
+        self.assertEqual(value('/stage/width'), -0.625)
+        self.assertIn('so already', self.done())
+        self.measures('/leader', JointState(name=['knee'], position=[0.375]))
+        rospy.sleep(1.2)  # until the message with the other joint is old
+        self.assertIn('/leader has no joint elbow that was heard in the last second; it has: knee', self.refused())
+
     def test_topics_of_several_nodes_are_one_change_and_one_undo(self):
         rosslt('reset', '/arm')
         self.measures('/tracker', self.pose())
@@ -393,6 +408,11 @@ class Matching(unittest.TestCase):
                 '/command stands for its positions',
             ),
             ('/goal/header/frame_id=/gripper/data', 'has a source'),
+            ('/command:elbo=/joint_states:elbow', '/command has no joint elbo; it has: shoulder, elbow'),
+            ('/command:elbow=/joint_states:elbo', '/joint_states has no joint elbo that was heard'),
+            ('/command:shoulder=/joint_states', '/joint_states has no joint shoulder that was heard'),
+            ('/goal:elbow=/gripper/data', '/goal:elbow would be a joint of a sensor_msgs/JointState, and /goal is a'),
+            ('/command:elbow=/nothing:elbow', 'nobody publishes /nothing:elbow'),
             ('/three/data=/forces/data', '/three/data has 3 elements and /forces/data has 2'),
         ):
             self.assertIn(expected, failure('teach', '--match', match, '--wait', '0.5'))

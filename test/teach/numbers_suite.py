@@ -147,8 +147,11 @@ class Numbers(WithDevices):
         knob = self.device(Temperature)
         teaching = self.teach('/count/data', knob.name + '/temperature', '--scale', '10')
         self.hold(teaching, knob, lambda: self.knob(0.0))
-        self.play(knob, *[self.knob(0.05 * step) for step in range(1, 7)])
+        self.play(knob, *[self.knob(0.05 * step) for step in range(1, 7)], self.knob(0.34))
         self.expect('/stage/count', 6)
+        ((*_, held),) = teaching.rows('holds')
+        ((*_, left),) = teaching.wait_for('lets go')
+        self.assertEqual((held, left), ('3', '6'))
 
     def test_a_number_of_an_unmodified_node_follows_a_knob_without_stamps(self):
         knob = self.device(Float64)

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray
 
 from rosslt.markers import Motions
-from rosslt.teach.devices import Joints, Joystick, Knob, Options, Tracker
+from rosslt.teach.devices import Joints, Joystick, Knob, Options, Tracker, Velocity
 from rosslt.teach.hand import Hand, NumbersHand
 
 FREE = Motions((True, True, True), True)
@@ -188,6 +188,29 @@ def knob(options):
 
 def turned(number):
     return Float64MultiArray(data=[math.nan, number])
+
+
+def test_a_stick_that_is_let_go_moves_nothing_more():
+    played = Played(Joystick)
+    for _ in range(5):
+        played.joy(1.0, 0.0, 0.0)
+    held = played.hand.pose
+    moved = list(played.drags.poses)
+    for _ in range(5):
+        played.take(Joy(axes=[1.0, 0.0, 0.0], buttons=[0]))
+        assert (played.hand.pose, played.drags.released) == (None, [held]), 'from the first such message on'
+    assert played.drags.poses == moved
+
+
+def test_a_twist_that_is_zero_moves_nothing_more():
+    played, way = Played(Velocity), Twist()
+    way.linear.x = 0.5
+    for _ in range(5):
+        played.take(way)
+    held = played.hand.pose
+    played.take(Twist())
+    assert (played.hand.pose, played.drags.released) == (None, [held])
+    assert len(played.drags.poses) == 4
 
 
 def test_a_number_goes_as_a_knob_does_times_the_scale():

@@ -18,10 +18,11 @@ def heard(message, publisher='/node'):
 
 
 def numbers(wanted, path, measured, at, *publishers):
+    """Paths of fields; :NAME is a joint."""
     pairs, left_out = paired(
-        Field('/wanted', path),
+        Field('/wanted', *path.split(':')),
         heard(wanted),
-        Field('/measured', at),
+        Field('/measured', *at.split(':')),
         [heard(measured)] if not isinstance(measured, list) else list(map(heard, measured, publishers)),
     )
     return {pair.path: pair.number for pair in pairs}, left_out
@@ -50,6 +51,28 @@ def test_joints_of_several_publishers_are_put_together():
     assert numbers(joints(a=0.0, b=0.0), '', both, '', '/arm', '/hand')[0] == {'position[0]': 1.0, 'position[1]': 2.0}
     with pytest.raises(NotTaught, match='/arm and /hand both send the joint a on /measured'):
         numbers(joints(a=0.0), '', [joints(a=1.0), joints(a=2.0)], '', '/arm', '/hand')
+
+
+def test_one_joint_is_matched_alone_on_both_sides():
+    wanted, measured = joints(a=0.0, b=0.0), joints(c=3.0, b=2.0)
+    for path, one, at, expected in (
+        (':b', measured, ':c', 3.0),
+        (':b', measured, ':b', 2.0),
+        (':b', measured, '', 2.0),
+        (':b', measured, 'position', 2.0),
+        (':b', trajectory('b'), 'points[0]/positions', 0.0),
+        (':b', Int32(7), 'data', 7.0),
+        ('position[1]', measured, ':c', 3.0),
+    ):
+        assert numbers(wanted, path, one, at) == ({'position[1]': expected}, [])
+    assert numbers(Int32(), 'data', measured, ':b') == ({'data': 2}, [])
+
+
+def test_a_joint_is_measured_by_the_one_publisher_that_has_it():
+    both = [joints(a=1.0), joints(b=2.0)]
+    assert numbers(joints(c=0.0), ':c', both, ':b', '/arm', '/hand')[0] == {'position[0]': 2.0}
+    with pytest.raises(NotTaught, match='/arm and /hand both send the joint a on /measured'):
+        numbers(joints(a=0.0), ':a', [joints(a=1.0), joints(a=2.0)], ':a', '/arm', '/hand')
 
 
 def test_an_array_without_names_keeps_its_order():
@@ -97,6 +120,11 @@ def test_the_nearer_of_a_quaternion_and_its_negative_is_taken():
         (joints(a=1.0), '', joints(a=1.0), 'velocity', '/wanted stands for its positions'),
         (joints(a=1.0), 'effort', joints(a=1.0), '', '/measured stands for its positions'),
         (joints(a=1.0), '', joints(a=1.0), 'position[0]', 'and /measured/position'),
+        (joints(a=1.0), ':b', joints(a=1.0), ':a', '/wanted has no joint b; it has: a'),
+        (joints(a=1.0), ':a', joints(b=1.0, c=1.0), ':a', '/measured has no joint a that was heard .*; it has: b, c'),
+        (joints(a=1.0), ':a', joints(b=1.0), '', '/measured has no joint a that was heard .*; it has: b'),
+        (joints(a=1.0), ':a', joints(a=1.0), 'velocity', '/wanted stands for its positions'),
+        (joints(a=1.0), '', joints(a=1.0), ':a', r'/wanted is a float64\[\] and /measured:a a float64'),
         (in_frame(PointStamped, 'a'), 'point/x', in_frame(PointStamped, 'b'), 'point/x', "in the frame 'b' and"),
     ],
 )

@@ -47,6 +47,26 @@ def test_random_curves_stay_within_the_tolerance(seed):
             assert nearest(one, led[first], led[last]) <= TOLERANCE + 1e-9
 
 
+@pytest.mark.parametrize('seed', range(20))
+def test_a_minute_of_reaches_becomes_few_waypoints(seed):
+    """Reaches of a hand between places, as bowed as those of an arm are, with pauses, at 50 Hz."""
+    chance = random.Random(seed)
+    count = chance.randint(2, 5)
+    places = [[chance.uniform(-0.4, 0.4) for _ in 'xyz'] + [chance.uniform(-0.7, 0.7)] for _ in range(count + 1)]
+    bows = [[chance.uniform(-0.02, 0.02) for _ in 'xyz'] for _ in range(count)]
+    led = []
+    for first, last, bow in zip(places, places[1:], bows):
+        for step in range(3000 // count):
+            t = min(1.0, step * count / 2400)
+            s = t**3 * (10 - 15 * t + 6 * t**2)
+            x, y, z, yaw = (a + s * (b - a) + 4 * s * (1 - s) * off for a, b, off in zip(first, last, [*bow, 0.0]))
+            led.append(pose(x, y, z, yaw))
+    kept = thinned(led, 0.8 * TOLERANCE, LEVER)
+    assert len(kept) - 1 <= 20, 'the first is there already'
+    for first, last in zip(kept, kept[1:]):
+        assert max(distances(led[first : last + 1], LEVER)) <= 0.8 * TOLERANCE + 1e-9
+
+
 def test_a_straight_line_is_its_two_ends_at_any_speed():
     led = [pose(s**3, 2.0 * s**3, 0.0, s**3) for s in numpy.linspace(0.0, 1.0, 200)]
     assert thinned(led, TOLERANCE, LEVER) == [0, 199]

@@ -131,12 +131,12 @@ handle.name = '/stops::1'
 offers = mock.MagicMock()
 offers.choices.return_value, offers.can_be_free.return_value = [], False
 offers.scene.handle.return_value = handle
-for row in (None, values.Source('/patrol', 7)):
-    offers.row.return_value = row
+for rows in ([], [('A_0', values.Source('/patrol', 7))], [(f'A_{n}', values.Source('/patrol', n)) for n in (3, 7)]):
+    offers.rows.return_value = rows
     gui = mock.MagicMock()
     Details(offers, mock.MagicMock(), mock.MagicMock(), mock.MagicMock()).show(mock.Mock(gui=gui), handle)
     print([call[0] for call in gui.add_button_group.call_args_list])
-((click,), _), = gui.add_button_group.return_value.on_click.call_args_list
+_, ((click,), _) = gui.add_button_group.return_value.on_click.call_args_list
 for title in gui.add_button_group.call_args[0][1]:
     click(mock.Mock(target=mock.Mock(value=title)))
 print([(name, source.location_id, operation) for (name, source, operation), _ in offers.edit_row.call_args_list])
@@ -192,4 +192,5 @@ def test_each_visitor_selects_a_thing_and_all_are_shown():
 def test_the_details_have_buttons_for_the_row_of_a_thing():
     titles = ['Duplicate', 'Delete', 'Move up', 'Move down']
     done = [('/stops::1', 7, operation) for operation in ('duplicate', 'delete', 'up', 'down')]
-    assert printed(ROWS).split('\n') == ['[]', str([('Row', titles)]), str(done)]
+    several = [('Row A_3', titles), ('Row A_7', titles)]
+    assert printed(ROWS).split('\n') == ['[]', str([('Row', titles)]), str(several), str(done)]

@@ -67,14 +67,7 @@ def fields(word: str, before: Sequence[str] = ()) -> Iterable[str]:
 
 def targets(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """What a device may move: TOPIC[/FIELD], TOPIC:JOINT, NODE/LOCATION."""
-    head, colon, _ = word.partition(':')
-    types = dict(find_master(_TIMEOUT).getPublishedTopics('/'))
-    if colon:
-        topic = full_name(head)
-        heard = _heard([topic]) if types.get(topic) == _JOINTS else []
-        return [f'{head}:{name} ' for name in dict.fromkeys(name for message in heard for name in message.name)]
-    joints = _as_typed([topic + ':' for topic, type_ in types.items() if type_ == _JOINTS], word)
-    return [*topics(word), *joints, *locations(word)]
+    return _joints(word) if ':' in word else [*topics(word), *_joints(word), *locations(word)]
 
 
 def devices(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
@@ -92,11 +85,15 @@ def devices(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
 
 
 def matches(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
-    """WANTED=MEASURED: the fields of topics on both sides."""
+    """WANTED=MEASURED: the fields of topics, and joints, on both sides."""
     wanted, equals, measured = word.partition('=')
+    begun = measured if equals else wanted
+    names = _joints(begun)
+    if ':' not in begun:
+        names = [*(topics(begun) if equals else fields(begun)), *names]
     if equals:
-        return [f'{wanted}={name}' for name in topics(measured)]
-    return [name[:-1] + '=' if name.endswith(' ') else name for name in fields(wanted)]
+        return [f'{wanted}={name}' for name in names]
+    return [name[:-1] + '=' if name.endswith(' ') else name for name in names]
 
 
 def message_types(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
@@ -114,6 +111,17 @@ def message_types(word: str, _before: Sequence[str] = ()) -> Iterable[str]:
 def message_packages(_word: str, _before: Sequence[str] = ()) -> Iterable[str]:
     """Packages that have messages."""
     return [name + ' ' for name in messages.MessagePath().packages()]
+
+
+def _joints(word: str) -> List[str]:
+    """TOPIC:JOINT: topics of joints first, then the joints of the one that was chosen."""
+    head, colon, _ = word.partition(':')
+    types = dict(find_master(_TIMEOUT).getPublishedTopics('/'))
+    if not colon:
+        return _as_typed([topic + ':' for topic, type_ in types.items() if type_ == _JOINTS], word)
+    topic = full_name(head)
+    heard = _heard([topic]) if types.get(topic) == _JOINTS else []
+    return [f'{head}:{name} ' for name in dict.fromkeys(name for message in heard for name in message.name)]
 
 
 def _heard(names: Sequence[str]) -> List[messages.Message]:

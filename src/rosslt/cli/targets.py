@@ -66,15 +66,20 @@ def wait_for_field(master: rosgraph.Master, text: str, end: float, is_measured: 
     """Wait until a name stands for a field of a topic, or else for a location.
 
     Args:
-        master, text, end: as of `wait_for`; TOPIC, TOPIC/FIELD, NODE/LOCATION or NODE#ID.
+        master, text, end: as of `wait_for`; TOPIC, TOPIC/FIELD, TOPIC:JOINT, NODE/LOCATION or NODE#ID.
         is_measured: whether it is measured, as a location is not.
 
     Raises:
         Failure: there is none.
     """
     full = full_field(text)
+    head, _, joint = full.partition(':')
     while True:
         types = dict(master.getPublishedTopics('/'))
+        if joint and head in types:
+            if _type_of(types[head]) != JOINTS:
+                raise Failure(f'{text} would be a joint of a {JOINTS}, and {head} is a {_type_of(types[head])}')
+            return Field(head, '', joint)
         topic, path = _path(full, types)
         if topic and (not path or is_measured or _has(types[topic], path)):
             return Field(topic, path)

@@ -84,10 +84,9 @@ class Descriptions:
         """The sources of a thing, first those that are its own, as of `Directory.own_first`."""
         return self._directory.own_first(sources)
 
-    def row(self, sources: Collection[values.Source]) -> Optional[values.Source]:
-        """A source in the row of a table that sources are in, as of `Directory.row_of`."""
-        place = self._directory.row_of(sources)
-        return place and place.source
+    def rows(self, sources: Collection[values.Source]) -> List[values.Source]:
+        """A source in each row of a table that sources are in, as of `Directory.rows_of`."""
+        return [place.source for place in self._directory.rows_of(sources)]
 
     def can_change(self, value: Any) -> bool:
         """True if a value has a source that takes changes, as far as known."""

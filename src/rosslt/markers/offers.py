@@ -80,14 +80,16 @@ class Offers(NamedTuple):
         else:
             self.drags.chosen[handle.name] = () if source is None else together(handle.tracked, chosen, source)
 
-    def row(self, choices: Sequence[Choice]) -> Optional[values.Source]:
-        """A number of the row of a table that the numbers are in which a drag of a thing changes by default; None if
-        they are in no row, or in several.
+    def rows(self, choices: Sequence[Choice]) -> List[Tuple[str, values.Source]]:
+        """(title, a number of it) of each row of a table that has numbers which a drag of a thing changes by default.
+
+        The title is the name of that number.
 
         Args:
             choices: those of the thing.
         """
-        return self.descriptions.row(choices[0].changed) if choices else None
+        found = self.descriptions.rows(choices[0].changed) if choices else []
+        return [(self.descriptions.name(source), source) for source in found]
 
     def edit_row(self, name: str, source: values.Source, operation: str) -> None:
         """Do something with the row of a number, in its file, and say at a handle what was done, or why it is refused.

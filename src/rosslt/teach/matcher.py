@@ -13,7 +13,7 @@ from rosslt import messages, node, values
 from rosslt.node import Heard
 from rosslt.teach.devices import JOINTS, PERIOD, NotTaught
 from rosslt.teach.locations import LocationReader
-from rosslt.teach.pairing import Field, NotYet, paired
+from rosslt.teach.pairing import Field, NotYet, meant_part, paired
 from rosslt.teach.presses import Answer
 from rosslt.teach.rows import Appended, checked_place
 
@@ -216,12 +216,17 @@ class Matcher:
         heard = self._latest.whole(field.topic)
         if not heard:
             raise NotYet(f'no message with provenance on {field.topic}')
-        try:
-            found = [one for one in heard if values.is_tracked(messages.part_at(one[0].message, field.path)[0])]
-        except messages.NoSuchPart as missing:
-            raise NotTaught(f'{field.topic} has no field {field.path}: {missing}') from None
+        found, missing = [], None
+        for one in heard:
+            try:
+                if values.is_tracked(meant_part(field, one[0].message)[0]):
+                    found.append(one)
+            except NotYet as error:
+                missing = error
         if found:
             return found
+        if missing is not None:
+            raise missing
         raise NotYet(
             f'nothing in {field.name} has a source, as {heard[0][0].publisher} sends it; '
             f'`rosslt doctor {field.topic}` says why'

@@ -86,18 +86,33 @@ def paired(wanted: Field, heard: Heard, measured: Field, others: Sequence[Heard]
         NotTaught: they do not fit together.
         NotYet: no joint is in both, or a number is not finite, so far.
     """
-    part, type_, path = part_of(wanted, heard.message)
+    part, type_, path = meant_part(wanted, heard.message)
     for field, message, other in ((wanted, heard.message, measured), (measured, others[0].message, wanted)):
         last = other.path.split('/')[-1].split('.')[-1].partition('[')[0]
         if message._type == JOINTS and not field.path and last in OTHERS:
             raise NotTaught(f'{field.topic} stands for its positions, and {other.name} is none: name a field of it')
-    names = joint_names(heard.message, path)
     with_names = [one for one in others if joint_names(one.message, part_of(measured, one.message)[2])]
-    if names and type_.endswith(']') and with_names:
+    if wanted.joint and not measured.joint and with_names and part_of(measured, with_names[0].message)[1].endswith(']'):
+        measured = measured._replace(joint=wanted.joint)
+    if measured.joint:
+        others = _with_joint(measured, with_names)
+    names = joint_names(heard.message, path)
+    if names and type_.endswith(']') and with_names and not measured.joint:
         pairs, left_out = _of_joints(wanted, names, part, path, measured, with_names)
     else:
         pairs, left_out = _by_name(wanted, part, type_, path, heard.message, measured, others), []
     return [_as_held(pair, heard.message) for pair in pairs], left_out
+
+
+def _with_joint(measured: Field, others: Sequence[Heard]) -> List[Heard]:
+    """The message that has the joint that is meant."""
+    found = {one.publisher: one for one in others if measured.joint in _joints_of(measured, one.message)}
+    if not found:
+        heard = [name for one in others for name in _joints_of(measured, one.message)]
+        raise NotYet(no_joint(measured, heard, ' that was heard in the last second'))
+    if len(found) > 1:
+        raise NotTaught(f'{" and ".join(sorted(found))} both send the joint {measured.joint} on {measured.topic}')
+    return list(found.values())
 
 
 def _of_joints(
@@ -140,7 +155,7 @@ def _by_name(
         who = ' and '.join(sorted({one.publisher for one in others}))
         raise NotTaught(f'{who} send {measured.topic}, and it is not known whose is meant: have one send another topic')
     (other,) = others
-    theirs, other_type, at = part_of(measured, other.message)
+    theirs, other_type, at = meant_part(measured, other.message)
     frames = _frame(message, path), _frame(other.message, at)
     if all(frames) and frames[0] != frames[1] and JOINTS not in (message._type, other.message._type):
         raise NotTaught(
@@ -166,9 +181,10 @@ def _by_name(
                 f'{there.name} does not have; match the numbers that both have'
             )
     signs = _signs(part, type_, numbers, found)
+    paths = {name: _joined(path, name) for name in numbers}
     return [
-        Pair(_joined(path, name), wanted.shown(_joined(path, name)), signs.get(name, 1.0) * found[name])
-        for name in numbers
+        Pair(at, wanted.name if wanted.joint else wanted.shown(at), signs.get(name, 1.0) * found[name])
+        for name, at in paths.items()
     ]
 
 
@@ -192,6 +208,34 @@ def part_of(field: Field, message: genpy.Message) -> Tuple[Any, str, str]:
     except messages.NoSuchPart as missing:
         raise NotTaught(f'{field.topic} has no field {path}: {missing}') from None
     return part, type_, path.strip('/').replace('/', '.')
+
+
+def meant_part(field: Field, message: genpy.Message) -> Tuple[Any, str, str]:
+    """As `part_of`, but of a joint its position.
+
+    Raises:
+        NotTaught: there is no such field.
+        NotYet: the message does not have the joint.
+    """
+    part, type_, path = part_of(field, message)
+    if not field.joint:
+        return part, type_, path
+    joints = _joints_of(field, message)
+    if field.joint not in joints:
+        raise NotYet(no_joint(field, list(joints)))
+    path = f'{path}[{joints[field.joint]}]'
+    return (*messages.part_at(message, path), path)
+
+
+def _joints_of(field: Field, message: genpy.Message) -> Dict[str, int]:
+    """{name of a joint: where the field has its number}, of the joints that have one."""
+    part, _, path = part_of(field, message)
+    return dict(zip(joint_names(message, path), range(len(part))))
+
+
+def no_joint(field: Field, names: Sequence[str], when: str = '') -> str:
+    """Say that there is no such joint, and which there are."""
+    return f'{field.topic} has no joint {field.joint}{when}; it has: {", ".join(names) or "none"}'
 
 
 def joint_names(message: genpy.Message, path: str) -> List[str]:

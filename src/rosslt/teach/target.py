@@ -11,7 +11,7 @@ from rosslt.markers import NumbersHandle, Scene, robot_for
 from rosslt.node import Heard
 from rosslt.teach.devices import Joints, NotTaught, Numbers, is_number
 from rosslt.teach.locations import LocationReader
-from rosslt.teach.pairing import Field, NotYet, few, joint_names, part_of
+from rosslt.teach.pairing import Field, NotYet, few, joint_names, no_joint, part_of
 
 
 class Target:
@@ -94,7 +94,7 @@ class Target:
         """The position of the joint that is meant."""
         positions = dict(zip(names, part))
         if field.joint not in positions:
-            raise NotYet(f'{field.topic} has no joint {field.joint}; it has: {", ".join(positions) or "none"}')
+            raise NotYet(no_joint(field, list(positions)))
         if not self._joints:
             self._joints = [robot_for(field.topic).joints.get(field.joint)]
         return positions[field.joint]

@@ -270,7 +270,7 @@ class Teacher(Follower):
         handle = self._scene.handle(self._name)
         place = hand.pose or (self._there[self._name][1] if self._name in self._there else ())
         sources = values.source_values(list(handle.tracked)) if handle is not None else {}
-        shown = place if isinstance(handle, NumbersHandle) else place[:3]
+        shown = handle.rounded(place) if isinstance(handle, NumbersHandle) else place[:3]
         show(hand.pose is not None, shown, {self._descriptions.name(one): value for one, value in sources.items()})
 
     def _note(self, message: genpy.Message, is_clutch: bool) -> None:

@@ -38,7 +38,7 @@ class Details:
         explained = [node.explain(one) for one in handle.tracked]
         present = values.source_values(handle.tracked)
         choices = self._offers.choices(handle)
-        row = self._offers.row(choices)
+        rows = self._offers.rows(choices)
         with self._things.lock:
             modal = client.gui.add_modal(name)
             with modal:
@@ -47,8 +47,8 @@ class Details:
                     self._add_choices(client, handle, choices)
                 if self._offers.can_be_free(handle):
                     self._add_free(client, name)
-                if row is not None:
-                    self._add_row(client, name, row)
+                for of, row in rows:
+                    self._add_row(client, name, row, f'{ROW} {of}' if len(rows) > 1 else ROW)
                 undo = client.gui.add_button(UNDO)
                 close = client.gui.add_button('Close')
                 client.gui.add_markdown('**Data flow**')
@@ -109,6 +109,6 @@ class Details:
         def free(_event: viser.GuiEvent) -> None:
             (self._things.free.add if box.value else self._things.free.discard)(name)
 
-    def _add_row(self, client: viser.ClientHandle, name: str, row: values.Source) -> None:
-        buttons = client.gui.add_button_group(ROW, list(ROW_OPERATIONS))
+    def _add_row(self, client: viser.ClientHandle, name: str, row: values.Source, label: str) -> None:
+        buttons = client.gui.add_button_group(label, list(ROW_OPERATIONS))
         buttons.on_click(lambda event: self._offers.edit_row(name, row, ROW_OPERATIONS[event.target.value]))

@@ -35,9 +35,10 @@ from: the fewest whose straight ways stay within --tolerance of it. Then the thi
 
 With --match, at each press what is commanded becomes what is measured then: an arm was led by hand, and the numbers
 behind its waypoint shall be where it is. WANTED is a field of a topic with provenance, or a location; MEASURED is a
-field of any topic: numbers go to those of the same name, joints to those of the same name. A press is button --button
-of the Joy --press that goes down, a call of the service ~match of the node slt_teach (std_srvs/Trigger), or Enter.
-All WANTED fields are one change, which `rosslt undo` takes back, or nothing changes. Ctrl-C ends.
+field of any topic: numbers go to those of the same name, joints to those of the same name. Either may be one joint of
+a sensor_msgs/JointState, TOPIC:JOINT. A press is button --button of the Joy --press that goes down, a call of the
+service ~match of the node slt_teach (std_srvs/Trigger), or Enter. All WANTED fields are one change, which `rosslt undo`
+takes back, or nothing changes. Ctrl-C ends.
 
 With --append, each press appends one row to the list that the thing, or WANTED, comes from: below its row, and behind
 those that were appended before. With --by, the hand leads a ghost, and the row has the numbers of where that is; with
@@ -59,6 +60,7 @@ examples:
   rosslt teach /goal --by /joy --append --press /joy --button 2
   rosslt teach --match /arm/command=/joint_states --press /joy --button 2
   rosslt teach --match /arm/command=/joint_states --append
+  rosslt teach --match /arm/command:elbow=/leader:elbow
   rosslt teach --match /pid/goal_x=/odom/pose/pose/position/x
   rosslt teach --match /goal/pose/position=/tracker/pose/position --match /grip/data=/gripper/width
   rosservice call /slt_teach/match
@@ -489,8 +491,9 @@ class Screen:
             self._is_held = is_held
         if is_terminal() and (has_changed or time.monotonic() >= self._due):
             self._due = time.monotonic() + PERIOD
-            texts = [f'{name} = {value:.4g}' for name, value in numbers.items() if not isinstance(value, str)]
-            where = ' '.join(f'{one:.3f}' for one in place)
+            shown = {name: value for name, value in numbers.items() if not isinstance(value, str)}
+            texts = [f'{name} = {value:{"" if isinstance(value, int) else ".4g"}}' for name, value in shown.items()]
+            where = ' '.join(f'{one:{"" if isinstance(one, int) else ".3f"}}' for one in place)
             line = f'{self._by if is_held else "nobody"} holds {self.name} at {where}: {few(texts)}'
             self._line = shortened(line, shutil.get_terminal_size().columns - 1)
             print(CLEAR + self._line, end='', flush=True)

@@ -1,7 +1,7 @@
 """The menu behind a right click on a handle: which source its drags change, where that is, its row, and undo."""
 
 import functools
-from typing import Callable, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 from interactive_markers.menu_handler import MenuHandler
@@ -29,14 +29,14 @@ class Menu(NamedTuple):
         can_be_free: whether there is an entry to move the body freely.
         sources: (title, source) of those that the numbers come from.
         shows_all: whether all handles are shown.
-        row: a number of the row of a list that the numbers are in; None if they are in none, or in several.
+        rows: (title, a number of it) of each row of a list that the numbers are in.
     """
 
     choices: List[Tuple[str, Optional[values.Source], bool]]
     can_be_free: bool
     sources: List[Tuple[str, values.Source]]
     shows_all: bool
-    row: Optional[values.Source] = None
+    rows: Sequence[Tuple[str, values.Source]] = ()
 
 
 class Menus:
@@ -63,7 +63,7 @@ class Menus:
             self._offers.can_be_free(handle),
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
-            self._offers.row(choices),
+            self._offers.rows(choices),
         )
 
     def _title(self, choice: Choice) -> str:
@@ -91,17 +91,19 @@ class Menus:
         where = drawn.insert(SOURCES, callback=_ignore)
         for title, source in menu.sources:
             drawn.insert(title, parent=where, callback=functools.partial(self._tell, name, source))
-        if menu.row is not None:
-            self._add_row(drawn, name, menu.row)
+        if menu.rows:
+            self._add_rows(drawn, name, menu.rows)
         drawn.apply(server, name)
 
-    def _add_row(self, drawn: MenuHandler, name: str, row: values.Source) -> None:
-        # A menu stays open while its handle is drawn anew for another row, as that of the next target of a patrol, and
-        # RViz reports nothing but the id of an entry: each row has its own.
-        drawn.current_handle_ = ROW_IDS + hash(row) % (ROW_IDS // 2)
-        parent = drawn.insert(ROW, callback=_ignore)
-        for title, operation in ROW_OPERATIONS.items():
-            drawn.insert(title, parent=parent, callback=functools.partial(self._edit_row, name, row, operation))
+    def _add_rows(self, drawn: MenuHandler, name: str, rows: Sequence[Tuple[str, values.Source]]) -> None:
+        every = drawn.insert(ROW, callback=_ignore)
+        for of, row in rows:
+            parent = drawn.insert(of, parent=every, callback=_ignore) if len(rows) > 1 else every
+            # A menu stays open while its handle is drawn anew for another row, as that of the next target of a patrol,
+            # and RViz reports nothing but the id of an entry: each row has its own, alone or among several.
+            drawn.current_handle_ = ROW_IDS + hash(row) % (ROW_IDS // 2)
+            for title, operation in ROW_OPERATIONS.items():
+                drawn.insert(title, parent=parent, callback=functools.partial(self._edit_row, name, row, operation))
 
     def _choose(self, name: str, source: Optional[values.Source], _feedback: InteractiveMarkerFeedback) -> None:
         handle = self._offers.scene.handle(name)

@@ -28,6 +28,11 @@ class NumbersHandle(Handle):
         """The numbers, and where the hand has them."""
         return self.tracked, list(pose)
 
+    def rounded(self, pose: Sequence[float]) -> List[float]:
+        """Where a hand has the numbers, those of them whole that only take whole numbers."""
+        whole = [isinstance(values.untracked(number), int) for number in self.tracked]
+        return [round(number) if is_whole else number for number, is_whole in zip(pose, whole)]
+
     def settled(self, start: PoseTuple, pose: PoseTuple, noise: float) -> PoseTuple:
         """Return the value as it is: it is not reported in 32 bits."""
         return pose

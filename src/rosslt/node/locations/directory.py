@@ -300,11 +300,13 @@ class Directory:
         own = [place.source for place in self._single_rows(sources)]
         return sorted(sources, key=lambda source: source not in own)
 
-    def row_of(self, sources: Collection[values.Source]) -> Optional[Place]:
-        """The first of some sources that is in a row of a table, as far as known; None if none is, or if they are in
-        several rows."""
-        found = [place for place in map(self.of, sources) if place is not None and place.location.row]
-        return found[0] if len({(place.node, place.location.row) for place in found}) == 1 else None
+    def rows_of(self, sources: Collection[values.Source]) -> List[Place]:
+        """The first of some sources in each row of a table that they are in, as far as known."""
+        found: Dict[Tuple[str, str], Place] = {}
+        for place in filter(None, map(self.of, sources)):
+            if place.location.row:
+                found.setdefault((place.node, place.location.row), place)
+        return list(found.values())
 
     def _single_rows(self, sources: Collection[values.Source]) -> List[Place]:
         """The numbers of those tables of which all numbers are in one row."""

@@ -28,7 +28,7 @@ _DONE = {
 
 
 def edit_row(directory: Directory, source: values.Source, operation: str, timeout: float) -> str:
-    """Do something with the row of a table that a location is in, as `Directory.row_of` finds it, in its file.
+    """Do something with the row of a table that a location is in, as `Directory.rows_of` finds it, in its file.
 
     Args:
         directory: asks the node.
