@@ -327,7 +327,14 @@ class Harmless:
 
 def test_every_entry_of_a_menu_may_be_reported():
     scene = Scene(Settings())
-    offers = SimpleNamespace(choose=lambda *_: None, drags=Harmless(), scene=scene, descriptions=Harmless())
+    offers = SimpleNamespace(
+        choose=lambda *_: None,
+        drags=Harmless(),
+        scene=scene,
+        descriptions=Harmless(),
+        is_kept=lambda _name: False,
+        set_kept=lambda *_: None,
+    )
     server, menu = Inserted(), Menu([('all', None, True), ('x', SOURCE, False)], True, [('x', SOURCE)], False)
     Menus(offers, lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)
     entries = server.marker.menu_entries

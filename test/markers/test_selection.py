@@ -81,15 +81,15 @@ class Known:
     def own_first(self, sources):
         return list(sources)
 
-    def row(self, _sources):
-        return None
+    def rows(self, _sources):
+        return []
 
 
 class Hands(Drags):
     """Hands that change no source: a thing that is let go is where it was."""
 
     def __init__(self, scene):
-        self._scene, self.chosen = scene, {}
+        self._scene, self.chosen, self.kept = scene, {}, set()
 
     def hold(self, name, *_):
         self._scene.hold(name)
@@ -120,7 +120,8 @@ class View:
     def __init__(self, shows_all=False):
         self.server, scene = Drawn(), Scene(Settings())
         self.selection = Selection(shows_all)
-        self._scene, self._offers = scene, Offers(scene, Hands(scene), Known())
+        self._scene, self.hands = scene, Hands(scene)
+        self._offers = Offers(scene, self.hands, Known())
         self.display = Display(self.server, self._offers, Notes(0.2), self.selection, HANDLE_SIZE, Joined())
 
     def take(self, *markers, is_shown=True):
@@ -495,6 +496,23 @@ def test_the_menu_shows_all_handles_and_hides_them_again():
     assert '[ ] Show all handles' in toggle()
     assert view.names() == before
     assert not view.with_arrows()
+
+
+def test_the_menu_holds_a_thing_in_place_and_lets_it_go_again():
+    view = View()
+    view.take(*cubes(2))
+
+    def toggle():
+        drawn = view.server.markers['/topic:cube0:0']
+        (entry,) = [entry for entry in drawn.menu_entries if 'Hold in place' in entry.title]
+        view.server.menus[drawn.name](InteractiveMarkerFeedback(marker_name=drawn.name, menu_entry_id=entry.id))
+        view.display.apply()
+        return [entry.title for entry in view.server.markers[drawn.name].menu_entries]
+
+    assert '[x] Hold in place while others are dragged' in toggle()
+    assert view.hands.kept == {'/topic:cube0:0'}
+    assert '[ ] Hold in place while others are dragged' in toggle()
+    assert not view.hands.kept
 
 
 def test_all_handles_are_shown_from_the_start_if_that_is_chosen():

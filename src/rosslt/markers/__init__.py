@@ -13,7 +13,7 @@ from rosslt.markers.drags.scene_drags import Drags, Rules
 from rosslt.markers.drags.waypoints import plan_drag, solve_waypoints
 from rosslt.markers.drags.wording import HELD, refusal, short_numbers
 from rosslt.markers.faults import contained
-from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
+from rosslt.markers.offers import FREE, HEADING, HOLD, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.configuration import GHOST, open_rviz
 from rosslt.markers.rviz.controls import pose_message
 from rosslt.markers.rviz.node import run

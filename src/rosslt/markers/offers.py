@@ -13,6 +13,7 @@ from rosslt.markers.scene.scene import Scene
 
 HEADING = 'A drag changes'
 FREE = 'Move the body freely'
+HOLD = 'Hold in place while others are dragged'
 UNDO = 'Undo the last drag'
 ROW = 'Row'
 
@@ -116,6 +117,18 @@ class Offers(NamedTuple):
         handle = self.scene.handle(name)
         if handle is not None:
             self.scene.say(handle, text)
+
+    def is_kept(self, name: str) -> bool:
+        """True if a thing is held in place while others are dragged."""
+        return name in self.drags.kept
+
+    def set_kept(self, name: str, is_kept: bool) -> None:
+        """Hold a thing in place while others are dragged, from their next drag on, or no more.
+
+        Args:
+            name: of the handle.
+        """
+        (self.drags.kept.add if is_kept else self.drags.kept.discard)(name)
 
     def can_be_free(self, handle: Handle) -> bool:
         """True if a body can move in all three directions, and so in the plane of the screen too."""

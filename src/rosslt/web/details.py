@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Sequence, Set
 import viser
 
 from rosslt import node, values
-from rosslt.markers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Handle, Offers
+from rosslt.markers import FREE, HEADING, HOLD, ROW, ROW_OPERATIONS, UNDO, Choice, Handle, Offers
 from rosslt.messages import Scalar
 from rosslt.web.flows import Flows
 from rosslt.web.markdown import code
@@ -47,6 +47,7 @@ class Details:
                     self._add_choices(client, handle, choices)
                 if self._offers.can_be_free(handle):
                     self._add_free(client, name)
+                self._add_hold(client, name)
                 for of, row in rows:
                     self._add_row(client, name, row, f'{ROW} {of}' if len(rows) > 1 else ROW)
                 undo = client.gui.add_button(UNDO)
@@ -108,6 +109,10 @@ class Details:
         @box.on_update
         def free(_event: viser.GuiEvent) -> None:
             (self._things.free.add if box.value else self._things.free.discard)(name)
+
+    def _add_hold(self, client: viser.ClientHandle, name: str) -> None:
+        box = client.gui.add_checkbox(HOLD, self._offers.is_kept(name))
+        box.on_update(lambda event: self._offers.set_kept(name, event.target.value))
 
     def _add_row(self, client: viser.ClientHandle, name: str, row: values.Source, label: str) -> None:
         buttons = client.gui.add_button_group(label, list(ROW_OPERATIONS))

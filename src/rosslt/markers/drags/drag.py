@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import Any, Collection, Dict, List, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosslt import node, values
 from rosslt.markers.geometry import PoseTuple, are_same_rotation
@@ -10,6 +10,9 @@ from rosslt.markers.scene.handle import Handle, has_source
 
 #: The rounding error of 32-bit numbers, relative to their size or 1.
 NOISE = 1e-6
+
+#: By how much more what is held in place counts than what is pulled, if both cannot be where they are wanted.
+FIRMNESS = 1000.0
 
 
 class Drag:
@@ -23,6 +26,7 @@ class Drag:
     Attributes:
         held: the sources of the thing that the hand has taken hold of. It changes no others.
         chosen: those of them that a person has chosen. If there are any, it changes these alone.
+        kept: {name: pose when the hand took hold} of things that are to stay in place, and share sources with it.
         shared: of each number of the thing, the sources that moved other things as well.
         pose: where the hand has it now.
         start: where the hand took hold of it.
@@ -50,6 +54,7 @@ class Drag:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.chosen: Collection[values.Source] = ()
+        self.kept: Dict[str, PoseTuple] = {}
         self.shared: Sequence[Collection[values.Source]] = ()
         self.thing = self.solved = handle
         self.went_on = 0.0
@@ -81,6 +86,27 @@ class Drag:
         # Only coordinates that the hand has changed are asked for, also when they return to their start.
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
+
+    def keep(self, handles: Iterable[Handle]) -> None:
+        """Leave other things where they are now."""
+        for one in handles:
+            if one.name != self.handle.name and not self.held.isdisjoint(values.sources(list(one.tracked))):
+                self.kept[one.name] = one.pose
+
+    def in_place(self, handle_of: Callable[[str], Optional[Handle]]) -> Tuple[List[Any], List[float]]:
+        """The targets of the things that are to stay in place, as in `wanted`, each `FIRMNESS` times as large.
+
+        Args:
+            handle_of: gives a handle as a message has it now.
+        """
+        kept: List[Any] = []
+        targets: List[float] = []
+        for name, pose in self.kept.items():
+            handle = handle_of(name)
+            tracked, there = handle.wanted(pose, True, True) if handle is not None else ([], [])
+            kept += [value * FIRMNESS for value in tracked]
+            targets += [target * FIRMNESS for target in there]
+        return kept, targets
 
     def wanted(self, handle: Handle, pose: PoseTuple) -> Tuple[List[Any], List[float], str]:
         """The targets of this drag to a pose, for the handle as a message has it now.

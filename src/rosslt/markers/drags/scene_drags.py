@@ -12,7 +12,7 @@ import functools
 import threading
 import time
 import traceback
-from typing import Callable, Collection, Deque, Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Callable, Collection, Deque, Dict, Iterable, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 
@@ -67,6 +67,7 @@ class Drags:
 
     Attributes:
         chosen: {name of a handle: the sources that its drags change, if any are chosen}.
+        kept: the names of handles that stay where they are while others are dragged.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class Drags:
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
         self.chosen: Dict[str, Tuple[values.Source, ...]] = {}
+        self.kept: Set[str] = set()
         self._past: Dict[str, List[node.ChangeRequest]] = {}  # of the drags of each handle, by its name
         self._background = node.Callbacks('after drops')
         threading.Thread(target=self._work, name='drags', daemon=True).start()
@@ -183,6 +185,7 @@ class Drags:
             self._drops.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
             drag.shared = self._scene.shared(handle)
+            drag.keep(filter(None, map(self._scene.handle, self.kept)))
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -395,10 +398,11 @@ class Drags:
                 self._scene.say(handle, stays)
             return None
         timeout = self._rules.timeout
+        kept, kept_targets = drag.in_place(self._scene.handle)
         try:
             plan = changes.plan(
-                tracked,
-                targets,
+                [*tracked, *kept],
+                [*targets, *kept_targets],
                 drag.chosen,
                 timeout / 2,
                 began=drag.request.before,
@@ -456,6 +460,7 @@ class Drags:
         if plan.gap > self._rules.resolution:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
+            reasons += [f'{kept} is held in place' for kept in drag.kept]
             reasons = reasons or ['as near as possible']
         for source in node.directory().shared(drag.handle.tracked, drag.shared, plan.after):
             reasons.append(f'{self._name_of(source)} moves others, too')

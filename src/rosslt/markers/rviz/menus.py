@@ -8,7 +8,7 @@ from interactive_markers.menu_handler import MenuHandler
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
 from rosslt import values
-from rosslt.markers.offers import FREE, HEADING, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
+from rosslt.markers.offers import FREE, HEADING, HOLD, ROW, ROW_OPERATIONS, UNDO, Choice, Offers
 from rosslt.markers.rviz.server import Server
 from rosslt.markers.scene.handle import Handle
 from rosslt.markers.scene.selection import Selection
@@ -30,6 +30,7 @@ class Menu(NamedTuple):
         sources: (title, source) of those that the numbers come from.
         shows_all: whether all handles are shown.
         rows: (title, a number of it) of each row of a list that the numbers are in.
+        is_kept: whether it is held in place while others are dragged.
     """
 
     choices: List[Tuple[str, Optional[values.Source], bool]]
@@ -37,6 +38,7 @@ class Menu(NamedTuple):
     sources: List[Tuple[str, values.Source]]
     shows_all: bool
     rows: Sequence[Tuple[str, values.Source]] = ()
+    is_kept: bool = False
 
 
 class Menus:
@@ -64,6 +66,7 @@ class Menus:
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
             self._offers.rows(choices),
+            self._offers.is_kept(handle.name),
         )
 
     def _title(self, choice: Choice) -> str:
@@ -85,6 +88,8 @@ class Menus:
         if menu.can_be_free:
             entry = drawn.insert(FREE + SHIFT, callback=functools.partial(self._set_free, name))
             drawn.setCheckState(entry, MenuHandler.CHECKED if name in self._free else MenuHandler.UNCHECKED)
+        entry = drawn.insert(HOLD, callback=functools.partial(self._set_kept, name))
+        drawn.setCheckState(entry, MenuHandler.CHECKED if menu.is_kept else MenuHandler.UNCHECKED)
         entry = drawn.insert(SHOW_ALL, callback=self._set_shows_all)
         drawn.setCheckState(entry, MenuHandler.CHECKED if menu.shows_all else MenuHandler.UNCHECKED)
         drawn.insert(UNDO, callback=functools.partial(self._undo, name))
@@ -113,6 +118,10 @@ class Menus:
 
     def _set_free(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
         self._free ^= {name}
+        self._redraw(name)
+
+    def _set_kept(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
+        self._offers.set_kept(name, not self._offers.is_kept(name))
         self._redraw(name)
 
     def _set_shows_all(self, _feedback: InteractiveMarkerFeedback) -> None:
