@@ -3,8 +3,9 @@ the rounds begin in which it is recorded."""
 
 import contextlib
 import sys
+import threading
 import time
-from typing import Any, List
+from typing import Any, Dict, List
 
 import rospy
 
@@ -17,6 +18,17 @@ from rosslt.instrument.losses import LOSSES
 PERIOD, SHARE = 0.5, 0.005
 
 
+class _Round:
+    """The last round of a publisher in one thread: the moment since when it may have been recorded, and its message."""
+
+    __slots__ = 'is_known', 'is_recorded', 'stops'
+
+    def __init__(self, stops: int) -> None:
+        self.stops = stops
+        self.is_recorded = False
+        self.is_known = True
+
+
 class Publisher(node.Publisher):
     """`rosslt.Publisher`, which makes the literals known that reach its messages, also while nobody subscribes.
 
@@ -26,16 +38,24 @@ class Publisher(node.Publisher):
 
     _look_again = 0.0
     _asked: Any = None
-    _stops = 0
+    _rounds: Dict[int, _Round]
+    _last_round: _Round
 
     def __new__(cls, *_args: Any, **_kwargs: Any) -> 'Publisher':
         made = super().__new__(cls)  # in __init__, rospy's warnings would name that instead of the node's line
+        made._rounds = {}  # by thread: several may compute messages of this topic at once
+        made._last_round = _Round(0)
         BUDGET.ask(made)
         return made
 
     def publish(self, *args: object, **kwds: object) -> None:
         """Publish a message, as `rospy.Publisher.publish` does."""
-        self._is_recorded = self._stops == BUDGET.stops and not BUDGET.stops % 2
+        thread = threading.get_ident()
+        own = self._rounds.get(thread)
+        if own is None:
+            own = self._rounds[thread] = _Round(self._last_round.stops)
+        own.is_recorded, own.is_known = BUDGET.is_recorded(own.stops), True
+        self._last_round = own
         now = time.monotonic()
         if LOSSES.is_watched:
             LOSSES.sent(self.resolved_name, sys._getframe(1))
@@ -46,29 +66,47 @@ class Publisher(node.Publisher):
                 has_sources = reach(node.args_kwds_to_message(self.data_class, args, kwds))
             LOSSES.published(self.resolved_name, now, has_sources)
             self._look_again = now + max(PERIOD, (time.monotonic() - now) / SHARE)
-        super().publish(*args, **kwds)
         asked = self._last_asked
-        if asked != self._asked:
-            self._asked = asked
-            BUDGET.ask(self)
-        elif self._is_recorded:
+        super().publish(*args, **kwds)
+        if own.is_recorded and own.is_known:
             BUDGET.answer(self)
-        BUDGET.begin_round(self)
-        self._stops = BUDGET.stops
+        elif asked != self._asked:
+            BUDGET.ask(self)
+        self._asked = asked
+        BUDGET.begin_round((self, thread))
+        own.stops = BUDGET.stops
+
+    @property
+    def _is_recorded(self) -> bool:  # a latched message is sent again by other threads
+        return self._rounds.get(threading.get_ident(), self._last_round).is_recorded
 
     def _provenance(self, message: messages.Message) -> bytes:
-        return super()._provenance(message) if self._is_recorded else messages.SAMPLED
+        own = self._rounds.get(threading.get_ident(), self._last_round)
+        provenance = super()._provenance(message) if own.is_recorded else messages.SAMPLED
+        own.is_known = provenance != messages.SAMPLED
+        return provenance
 
 
 class Service(node.Service):
-    """`rosslt.Service`, each of whose requests begins a round.
+    """`rosslt.Service`, each of whose requests begins a round. A response that was not recorded as a whole is sampled.
 
     Args:
         as in `rospy.Service`.
     """
 
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        self._of_thread = threading.local()  # each request has a thread
+        super().__init__(*args, **kwargs)
+
     def _begin_request(self) -> None:
         BUDGET.begin_round(self)
+        self._of_thread.stops = BUDGET.stops
+
+    def _is_recorded(self) -> bool:
+        return BUDGET.is_recorded(self._of_thread.stops)
+
+    def _provenance(self, message: messages.Message) -> bytes:
+        return super()._provenance(message) if self._is_recorded() else messages.SAMPLED
 
 
 def reach(message: messages.Message) -> bool:

@@ -10,7 +10,7 @@ import rospy
 
 from rosslt.messages import Message, MessageClass
 from rosslt.node.rospy_internals import args_kwds_to_message, convert_return_to_response
-from rosslt.node.topics.serialization import received_class, serializer
+from rosslt.node.topics.serialization import received_class, serializer, whole_provenance
 
 
 class Service(rospy.Service):
@@ -23,7 +23,7 @@ class Service(rospy.Service):
     def __init__(
         self, name: str, service_class: MessageClass, handler: Callable[[Message], Message], *args: Any, **kwargs: Any
     ) -> None:
-        with_provenance = serializer(service_class._response_class)
+        with_provenance = serializer(service_class._response_class, self._provenance, self._is_recorded)
 
         @functools.wraps(handler)
         def answer(request: Message) -> Message:
@@ -35,6 +35,14 @@ class Service(rospy.Service):
 
     def _begin_request(self) -> None:
         """Called before the handler; a subclass may do something then."""
+
+    def _is_recorded(self) -> bool:
+        """Return whether the response to this thread's request has no provenance if none is found."""
+        return True
+
+    def _provenance(self, message: Message) -> bytes:
+        """The provenance of the response to this thread's request."""
+        return whole_provenance(message)
 
 
 class ServiceProxy(rospy.ServiceProxy):

@@ -57,8 +57,6 @@ class Publisher(rospy.Publisher):
         name, data_class, and all others: as in `rospy.Publisher`; `data_class` may be a tracked message type.
     """
 
-    _is_recorded = True
-
     def __init__(
         self,
         name: str,
@@ -92,6 +90,11 @@ class Publisher(rospy.Publisher):
         super().__init__(name, data_class, subscriber_listener, *args, **{**kwargs, 'queue_size': 0})
         self.impl.set_queue_size(present.get(self.impl))
         MASTER_WATCH.start()
+
+    @property
+    def _is_recorded(self) -> bool:
+        """False if a message without provenance may have some that was not recorded."""
+        return True
 
     @property
     def _keeps_last(self) -> bool:
