@@ -38,6 +38,7 @@ class Publisher(node.Publisher):
 
     _look_again = 0.0
     _asked: Any = None
+    _has_had_sources = False
     _rounds: Dict[int, _Round]
     _last_round: _Round
 
@@ -77,13 +78,21 @@ class Publisher(node.Publisher):
         own.stops = BUDGET.stops
 
     @property
-    def _is_recorded(self) -> bool:  # a latched message is sent again by other threads
-        return self._rounds.get(threading.get_ident(), self._last_round).is_recorded
+    def _round(self) -> _Round:
+        # a latched message is sent again by other threads
+        return self._rounds.get(threading.get_ident(), self._last_round)
+
+    @property
+    def _is_recorded(self) -> bool:
+        return self._round.is_recorded and (not self._has_had_sources or BUDGET.is_settled())
 
     def _provenance(self, message: messages.Message) -> bytes:
-        own = self._rounds.get(threading.get_ident(), self._last_round)
+        own = self._round
         provenance = super()._provenance(message) if own.is_recorded else messages.SAMPLED
+        if not provenance and self._has_had_sources and not BUDGET.is_settled():
+            provenance = messages.SAMPLED  # it may have been computed by another timer or callback, and kept
         own.is_known = provenance != messages.SAMPLED
+        self._has_had_sources |= bool(provenance) and own.is_known
         return provenance
 
 
