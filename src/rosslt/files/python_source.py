@@ -44,6 +44,14 @@ class Edit(NamedTuple):
     what: str = ''
 
 
+class Standing(NamedTuple):
+    """A value in a file: its range in the content, in bytes, and what it reads as."""
+
+    start: int
+    end: int
+    value: object
+
+
 class SourceText:
     """A Python file.
 

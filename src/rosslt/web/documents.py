@@ -1,10 +1,20 @@
 """Source files and the numbers of locations in them: where each stands in the file as it is now."""
 
-from typing import Dict, List, NamedTuple, Sequence, Set, Tuple, Union
+import re
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 
 from rosslt import files, node, srv
 from rosslt.node import Place
 from rosslt.web.locations import TIMEOUT, Key
+
+#: {full name of a parameter: where it is given}, as `rosslt launch` has noted it.
+Origins = Mapping[str, Any]
+
+#: The types of locations that are marked.
+TYPES = ('int', 'float')
+
+#: The ends of lines, as browsers and Python see them.
+NEWLINE = re.compile(r'\r\n|\r|\n')
 
 
 class Mark(NamedTuple):
@@ -13,7 +23,7 @@ class Mark(NamedTuple):
     line: int
     column: int
     token: str
-    value: Union[int, float, str]
+    value: Any
 
 
 class Document(NamedTuple):
@@ -35,21 +45,84 @@ def key_of(place: Place) -> Key:
     return place.node, place.location.id
 
 
-def read(file: str, content: bytes, places: Sequence[Place]) -> Tuple[Document, bool]:
-    """Find the numbers of a file; their owners are asked where these stand since it was edited.
+def file_of(place: Place, origins: Origins) -> str:
+    """The file that the number of a location stands in: that which gives a parameter, if there is one.
+
+    Args:
+        place: the location.
+        origins: {full name of a parameter: where it is given}.
+    """
+    origin = _origin_of(place, origins)
+    return origin['file'] if origin else place.location.file
+
+
+def _origin_of(place: Place, origins: Origins) -> Any:
+    """Where a parameter is given; None if it is a number in the code, or if its row was deleted."""
+    name = place.location.name
+    origin = origins.get(name) if name.startswith('/') else None
+    return None if origin is None or origin.get('is_gone') else origin
+
+
+def read(file: str, content: bytes, places: Sequence[Place], origins: Origins) -> Tuple[Document, bool]:
+    """Find the numbers of a file; the owners of those in code are asked where they stand since it was edited.
 
     Args:
         file: its path.
         content: what it says now.
         places: the locations that stand in it, as their owners report them.
+        origins: {full name of a parameter: where it is given}.
 
     Returns:
         The document, and whether all owners have answered.
     """
+    given = [(place, origin) for place in places for origin in [_origin_of(place, origins)] if origin]
+    in_code = [place for place in places if _origin_of(place, origins) is None]
     try:
-        source = files.SourceText(file, content)
+        document = _given_in(file, content, given)
+        if not in_code:
+            return document, True
+        code, is_complete = _in_code(file, content, in_code)
     except files.FileError as error:
         return Document(content.decode('utf-8', 'replace'), {}, [f'no number is marked: {error}']), True
+    return Document(code.text, {**document.marks, **code.marks}, [*document.notes, *code.notes]), is_complete
+
+
+def _given_in(file: str, content: bytes, given: Sequence[Tuple[Place, Any]]) -> Document:
+    """Find the numbers of a file that gives parameters.
+
+    Raises:
+        FileError: it cannot be read.
+    """
+    text = content.decode('utf-8', 'replace')
+    shown = [(place, origin) for place, origin in given if place.location.type in TYPES]
+    whole = [(place, origin) for place, origin in shown if not node.why_not_written(place, origin)]
+    stands = node.parameter_places(file, content, whole) if whole else {}
+    marks: Dict[Key, Mark] = {}
+    reasons: Dict[str, List[str]] = {}
+    for place, origin in shown:
+        stand = stands.get(place.source)
+        if stand is None:
+            reason = node.why_not_written(place, origin) or (
+                'the file has changed since it was loaded, or says no single number there'
+            )
+            reasons.setdefault(reason, []).append(place.name)
+        else:
+            before = content[: stand.start].decode('utf-8', 'replace')
+            line, column = len(NEWLINE.findall(before)) + 1, len(NEWLINE.split(before)[-1]) + 1
+            marks[key_of(place)] = Mark(line, column, content[stand.start : stand.end].decode('utf-8'), stand.value)
+    return Document(text, marks, [f'not marked are {", ".join(names)}: {why}' for why, names in reasons.items()])
+
+
+def _in_code(file: str, content: bytes, places: Sequence[Place]) -> Tuple[Document, bool]:
+    """Find the numbers in a text in Python syntax.
+
+    Returns:
+        As `read`.
+
+    Raises:
+        FileError: it is not in Python syntax.
+    """
+    source = files.SourceText(file, content)
     nodes = {place.node for place in places}
     answers, silent = node.ask_all('list_edits', srv.ListEdits, dict.fromkeys(nodes, srv.ListEditsRequest()), TIMEOUT)
     stands: Dict[Key, Tuple[int, int]] = {}
@@ -62,7 +135,7 @@ def read(file: str, content: bytes, places: Sequence[Place]) -> Tuple[Document, 
     lost: Dict[str, List[str]] = {}
     for place in places:
         key, location = key_of(place), place.location
-        if location.type not in ('int', 'float') or place.node in silent:
+        if location.type not in TYPES or place.node in silent:
             continue
         index = source.number_at(*stands.get(key, (location.line, location.column)))
         number = None if index is None else source.numbers[index]

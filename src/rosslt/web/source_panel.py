@@ -17,7 +17,7 @@ from rosslt import files, values
 from rosslt.markers import Graph, contained
 from rosslt.node import Place
 from rosslt.web import documents, site
-from rosslt.web.location_inputs import hint, origins
+from rosslt.web.location_inputs import hint
 from rosslt.web.locations import Locations, Wish, number_in
 
 #: The path of the connections.
@@ -153,7 +153,7 @@ class SourcePanel:
                 {'file': file, 'nodes': sorted({place.node for place in places})} for file, places in there.items()
             ],
             'selected': [
-                {'number': _name(source), 'file': place.location.file}
+                {'number': _name(source), 'file': self._file_of(place)}
                 for source, place in selected
                 if place is not None
             ],
@@ -174,7 +174,7 @@ class SourcePanel:
             }
             for place, mark in marks
         ]
-        given = origins()
+        given = self._locations.origins
         shown = {'file': visitor.file, 'text': document.text, 'notes': document.notes, 'numbers': numbers}
         return {**state, 'document': shown}, {_name(place.source): _value(place, mark, given) for place, mark in marks}
 
@@ -187,9 +187,13 @@ class SourcePanel:
         found: Dict[str, List[Place]] = {}
         for places in self._locations.places().values():
             for place in places:
-                if place.location.file:
-                    found.setdefault(place.location.file, []).append(place)
+                file = self._file_of(place)
+                if file:
+                    found.setdefault(file, []).append(place)
         return dict(sorted(found.items()))
+
+    def _file_of(self, place: Place) -> str:
+        return documents.file_of(place, self._locations.origins)
 
     def _read(self, file: str, places: List[Place]) -> None:
         try:
@@ -197,8 +201,15 @@ class SourcePanel:
         except files.FileError as error:
             basis, document = None, documents.Document('', {}, [str(error)])
         else:
+            origins = self._locations.origins
             reported = [
-                (documents.key_of(place), place.location.line, place.location.column, place.location.literal)
+                (
+                    documents.key_of(place),
+                    place.location.line,
+                    place.location.column,
+                    place.location.literal,
+                    origins.get(place.location.name),
+                )
                 for place in places
             ]
             basis = content, reported
@@ -206,7 +217,7 @@ class SourcePanel:
                 known = self._documents.get(file)
             if known is not None and known[0] == basis:
                 return
-            document, is_complete = documents.read(file, content, places)
+            document, is_complete = documents.read(file, content, places, origins)
             if not files.holds(file, content):
                 return  # the owners may have told of another content; the next look reads it again
             if not is_complete:
@@ -248,7 +259,7 @@ class SourcePanel:
             raise BadMessage('a wish has the number, a text and a turn')
         number = wish.get('number')
         place = self._place(number)
-        if place.location.file != visitor.file:  # its node was started anew from another file
+        if self._file_of(place) != visitor.file:  # its node was started anew from another file
             raise BadMessage('this number is not in the open file')
 
         def decided() -> None:
