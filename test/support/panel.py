@@ -42,12 +42,21 @@ class Panel:
         return self.driver.find_element('css selector', '#tabs [aria-selected=true]').get_attribute('data-file')
 
     def box(self, name):
-        """The box of a number."""
-        selector = f'#text input[aria-label^="{name},"]'
+        """The box of a value."""
+        selector = f'#text [aria-label^="{name},"]'
         return self.browser.wait(lambda: self.driver.find_elements('css selector', selector), f'{name} is marked')[0]
 
     def shows(self, name, shown):
-        self.browser.wait(lambda: self.box(name).get_attribute('value') == shown, f'{name} is shown as {shown}')
+        def is_shown():
+            box = self.box(name)
+            return (box.text if box.tag_name == 'button' else box.get_attribute('value')) == shown
+
+        self.browser.wait(is_shown, f'{name} is shown as {shown}')
+
+    def shows_former(self, name, shown):
+        """Wait until beside the box of a changed value stands what the file says."""
+        former = lambda: self.box(name).find_element('xpath', 'following-sibling::s')  # noqa: E731
+        self.browser.wait(lambda: former().text == shown, f'{shown} is shown beside {name}')
 
     def type(self, name, *keys):
         self.box(name).click()

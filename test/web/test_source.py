@@ -90,6 +90,20 @@ def test_a_refusal_is_said_and_the_one_in_force_comes_back(panel):
     assert value('/lamp/east') == -2.0
 
 
+def test_texts_and_truth_values_in_code_are_within_their_quotes(panel, talker):
+    panel.open('talker.py')
+    assert panel.line_of('/talker/place').strip() == "rosslt.location('home', name='place')"
+    panel.type('/talker/place', Keys.CONTROL, 'a', Keys.NULL, "it's", Keys.ENTER)
+    has_become('/talker/place', "it's")
+    panel.box('/talker/is_on').click()
+    panel.shows('/talker/is_on', 'False')
+    panel.shows_former('/talker/place', 'home')
+    panel.shows_former('/talker/is_on', 'True')
+    rosslt('reset', '/talker')
+    panel.shows('/talker/place', 'home')
+    panel.shows('/talker/is_on', 'True')
+
+
 def test_a_read_only_number_takes_nothing(panel):
     panel.type('/lamp/fixed', '9', Keys.ARROW_UP, Keys.ENTER)
     panel.scrub('/lamp/fixed', 40)
@@ -177,7 +191,7 @@ def test_a_file_that_was_edited_has_the_numbers_that_are_still_there(panel, lamp
         has_become('/lamp/east', -0.5)
         with open(lamp.file, 'w', encoding='utf-8') as file:
             file.write('oops(\n' + before)
-        panel.says('no number is marked')
+        panel.says('nothing is marked')
     finally:
         with open(lamp.file, 'w', encoding='utf-8') as file:
             file.write(before)

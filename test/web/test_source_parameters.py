@@ -16,11 +16,15 @@ pytestmark = pytest.mark.rostest
 BUOY = """
 import rospy
 from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import String
 
 rospy.init_node('buoy')
 pub = rospy.Publisher('buoy', PoseStamped, queue_size=1)
+told = rospy.Publisher('~told', String, queue_size=1)
 while not rospy.is_shutdown():
     p = PoseStamped()
+    frame, lines = rospy.get_param('~frame'), rospy.get_param('~lines')
+    told.publish(frame if rospy.get_param('~shown') else lines)
     p.header.frame_id = 'world'
     p.pose.position.x = rospy.get_param('~east')
     p.pose.position.y = rospy.get_param('~place/north') + rospy.get_param('~given')
@@ -35,6 +39,7 @@ LAUNCH = """<launch>
   <arg name="given" default="1.5"/>
   <node pkg="buoy_package" type="buoy.py" name="buoy">
     <param name="east" value='2.50'/> <param name="given" value="$(arg given)"/>
+    <param name="frame" value="world"/> <param name="shown" value="True"/>
     <rosparam>place: {{north: -1.0}}  # -1.0</rosparam>
     <rosparam file="{folder}/buoy.yaml"/>
   </node>
@@ -42,7 +47,7 @@ LAUNCH = """<launch>
 </launch>
 """
 
-YAML = '# ä\nheights: [1.0, 2.50,  3]  # 2.50\n'
+YAML = '# ä\nheights: [1.0, 2.50,  3]  # 2.50\nlines: "a\n\n  b"\n'
 
 
 @pytest.fixture(scope='module')
@@ -116,11 +121,42 @@ def test_a_yaml_file_that_was_edited_names_what_it_does_not_say_any_more(panel, 
     file.write_text(YAML.replace('2.50,', '7.50,'), encoding='utf-8')
     panel.says('not marked are /buoy/~heights/1: the file has changed since it was loaded')
     file.write_text('heights: [', encoding='utf-8')
-    panel.says('no number is marked')
+    panel.says('nothing is marked')
     file.write_text(YAML, encoding='utf-8')
     panel.shows('/buoy/~heights/1', '2.51')
     rosslt('undo', '/buoy')
     panel.shows('/buoy/~heights/1', '2.50')
+
+
+def test_a_truth_value_is_another_one_after_a_click_space_or_enter(panel):
+    panel.box('/buoy/~shown').click()
+    panel.shows('/buoy/~shown', 'False')
+    has_become('/buoy/shown', False)
+    panel.shows_former('/buoy/~shown', 'True')
+    assert panel.box('/buoy/~shown').get_attribute('aria-checked') == 'false'
+    panel.box('/buoy/~shown').send_keys(Keys.SPACE)
+    panel.shows('/buoy/~shown', 'True')
+    panel.box('/buoy/~shown').send_keys(Keys.ENTER)
+    panel.shows('/buoy/~shown', 'False')
+    panel.box('/buoy/~shown').send_keys(Keys.SPACE)
+    panel.shows('/buoy/~shown', 'True')
+    assert not panel.driver.find_elements('css selector', '.changed')
+
+
+def test_a_text_is_typed_in_its_place(panel):
+    panel.type('/buoy/~frame', Keys.CONTROL, 'a', Keys.NULL, 'odom "x" ', Keys.ENTER)
+    has_become('/buoy/frame', 'odom "x" ')
+    panel.shows_former('/buoy/~frame', 'world')
+    panel.browser.picture('source_texts')
+    panel.type('/buoy/~frame', Keys.CONTROL, 'a', Keys.NULL, 'nowhere', Keys.ARROW_UP, Keys.ESCAPE)
+    panel.shows('/buoy/~frame', 'odom "x" ')
+    rosslt('undo', '/buoy')
+    panel.shows('/buoy/~frame', 'world')
+
+
+def test_a_text_in_several_lines_is_named(panel):
+    panel.open('buoy.yaml')
+    panel.says('not marked are /buoy/~lines: it is written in several lines')
 
 
 def test_a_default_stays_marked_in_the_code(panel):

@@ -170,6 +170,16 @@ def _origins() -> Dict[str, Dict[str, Any]]:
     return {}
 
 
+def value_in(place: Place, text: str) -> Tuple[Any, str]:
+    """The value that a text says for a location: (value, ''), or (None, why it is none that the location takes)."""
+    if place.location.type == 'str':
+        return text, ''
+    if place.location.type == 'bool':
+        value = {'true': True, 'false': False}.get(text)
+        return value, '' if value is not None else f'{reprlib.repr(text)} is neither true nor false'
+    return number_in(place, text.strip())
+
+
 def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:
     """The number that a text says for a location: (number, ''), or (None, why it is none that the location takes)."""
     value = _number(text)

@@ -18,7 +18,7 @@ from rosslt.markers import Graph, contained
 from rosslt.node import Place
 from rosslt.web import documents, site
 from rosslt.web.location_inputs import hint
-from rosslt.web.locations import Locations, Wish, number_in
+from rosslt.web.locations import Locations, Wish, value_in
 
 #: The path of the connections.
 PATH = '/source'
@@ -168,6 +168,7 @@ class SourcePanel:
             {
                 'number': _name(place.source),
                 'name': place.name,
+                'type': place.location.type,
                 'line': mark.line,
                 'column': mark.column,
                 'token': mark.token,
@@ -277,7 +278,7 @@ class SourcePanel:
             if place.location.at_next_start:
                 told(f'it {place.location.at_next_start}')
 
-        value, why = number_in(place, wish['text'].strip())
+        value, why = value_in(place, wish['text'])
         why = _why_fixed(place) or why
         if why:
             refused(why)
@@ -304,18 +305,35 @@ def _name(source: values.Source) -> str:
 def _why_fixed(place: Place) -> str:
     """Why a location takes no change; '' if it does."""
     location = place.location
-    return location.fault or location.locked or ('it takes no change' if place.read_only else '')
+    if location.fault or location.locked:
+        return str(location.fault or location.locked)
+    if place.read_only:
+        return 'it takes no change'
+    has_lines = location.type == 'str' and documents.NEWLINE.search(place.value)
+    return 'a text of several lines is not typed here' if has_lines else ''
 
 
 def _value(place: Place, mark: documents.Mark, given: Any) -> Dict[str, Any]:
-    """What of a number changes: its value in force, written as in the file, and what is to be known of it."""
+    """What of a value changes: the one in force, written as in the file, and what is to be known of it."""
     location = place.location
-    is_as_written = location.fault or files.equal(place.value, mark.value)
+    is_as_written = bool(location.fault) or files.equal(place.value, mark.value)
     return {
-        'text': mark.token if is_as_written else files.in_manner_of(mark.token, place.value),
+        'text': mark.token if location.fault else _written(place, mark, is_as_written),
+        'changed': not is_as_written,
         'value': location.value,
         'minimum': location.minimum,
         'maximum': location.maximum,
         'fixed': _why_fixed(place),
         'hint': hint(place, given),
     }
+
+
+def _written(place: Place, mark: documents.Mark, is_as_written: bool) -> str:
+    """The value in force, in the manner of the file; a text as it is, without quotes."""
+    if isinstance(place.value, str):
+        return place.value
+    if is_as_written:
+        return mark.token
+    if isinstance(place.value, bool):
+        return next(files.notations(mark.token, place.value))
+    return files.in_manner_of(mark.token, place.value)

@@ -46,19 +46,28 @@ function stepped(shown, steps) {
   return (digits < 0n ? '-' : '') + written.slice(0, point) + decimals + exponent;
 }
 
-// A number in the text.
+// What a field of a type is: 'bool', 'str' or 'number'.
+const kindOf = type => type === 'int' || type === 'float' ? 'number' : type;
+
+// A number, a text or a truth value in the text.
 class Field {
   constructor(number) {
+    this.kind = kindOf(number.type);
     this.isTyped = false; // something was typed that is not taken yet
     this.drag = null; // {x, text, hasMoved} of a drag over it
     this.waits = null; // the text of the last wish, until it is decided
     this.due = null; // the timer of the next wish
-    this.box = make('input', {type: 'text', autocomplete: 'off', spellcheck: false, inputMode: 'decimal'});
-    this.box.setAttribute('role', 'spinbutton');
+    this.box = this.kind === 'bool'
+      ? make('button', {type: 'button'})
+      : make('input', {type: 'text', autocomplete: 'off', spellcheck: false});
+    this.box.inputMode = this.kind === 'number' ? 'decimal' : '';
+    if (this.kind !== 'str') {
+      this.box.setAttribute('role', this.kind === 'bool' ? 'switch' : 'spinbutton');
+    }
     this.box.dataset.number = number.number;
     this.literal = make('s', {hidden: true});
     this.stand(number);
-    this.show({text: number.token, value: number.token, minimum: '', maximum: '', fixed: '', hint: ''});
+    this.show({text: number.token, changed: false, value: '', minimum: '', maximum: '', fixed: '', hint: ''});
     const on = (kind, handle) => this.box.addEventListener(kind, handle.bind(this));
     on('pointerdown', this.takeHold);
     on('mousedown', event => this.drag && event.preventDefault()); // no text is selected meanwhile
@@ -70,6 +79,7 @@ class Field {
     on('focus', this.enter);
     on('blur', this.leave);
     on('input', this.type);
+    on('click', this.toggle);
     on('keydown', this.press);
   }
 
@@ -77,7 +87,7 @@ class Field {
   stand(number) {
     this.number = number;
     this.box.setAttribute('aria-label', `${number.name}, line ${number.line}`);
-    this.literal.textContent = number.token;
+    this.literal.textContent = number.token || '\'\'';
   }
 
   // A person's hand is on it: as long as its box stays where it is in the page, it keeps focus and mouse.
@@ -99,11 +109,17 @@ class Field {
     this.known = known;
     this.box.readOnly = known.fixed !== '';
     this.box.title = [this.number.name, known.fixed, known.hint].filter(Boolean).join('\n');
-    const bounds = {'aria-valuenow': known.value, 'aria-valuemin': known.minimum, 'aria-valuemax': known.maximum};
-    for (const [name, bound] of Object.entries(bounds)) {
-      bound === '' ? this.box.removeAttribute(name) : this.box.setAttribute(name, bound);
+    this.box.setAttribute('aria-readonly', this.box.readOnly);
+    const {value, minimum, maximum} = known;
+    const told = {
+      bool: {'aria-checked': value},
+      number: {'aria-valuenow': value, 'aria-valuemin': minimum, 'aria-valuemax': maximum},
+      str: {},
+    };
+    for (const [name, one] of Object.entries(told[this.kind])) {
+      one === '' ? this.box.removeAttribute(name) : this.box.setAttribute(name, one);
     }
-    this.literal.hidden = known.text === this.number.token;
+    this.literal.hidden = !known.changed;
     this.box.classList.toggle('changed', !this.literal.hidden);
     if (!this.isTyped && this.drag === null && this.waits === null) {
       this.write(known.text);
@@ -111,14 +127,18 @@ class Field {
   }
 
   write(shown) {
+    if (this.kind === 'bool') {
+      this.box.textContent = shown;
+      return;
+    }
     this.box.value = shown;
     this.box.style.width = `${Math.max(shown.length, 1)}ch`;
   }
 
-  wish() {
+  wish(wanted = this.box.value) {
     clearTimeout(this.due);
     this.due = null;
-    this.waits = this.box.value;
+    this.waits = wanted;
     said.textContent = '';
     if (!send({wish: {number: this.number.number, text: this.waits, turn}})) {
       said.textContent = `${this.number.name} is not changed: ${UNREACHABLE}`;
@@ -130,6 +150,14 @@ class Field {
     if (this.waits === shown) {
       this.waits = null;
       this.show(this.known);
+    }
+  }
+
+  // Have a truth value be the other one than it is, or will be.
+  toggle() {
+    if (this.kind === 'bool' && !this.box.readOnly) {
+      turn += 1;
+      this.wish(String((this.waits ?? this.known.value) !== 'true'));
     }
   }
 
@@ -148,7 +176,7 @@ class Field {
   }
 
   takeHold(event) {
-    if (event.button === 0 && document.activeElement !== this.box) {
+    if (this.kind === 'number' && event.button === 0 && document.activeElement !== this.box) {
       document.activeElement?.blur(); // one number is held at a time
       this.drag = {x: event.clientX, text: this.box.value, hasMoved: false};
       this.box.setPointerCapture(event.pointerId);
@@ -206,7 +234,7 @@ class Field {
   }
 
   press(event) {
-    const steps = {ArrowUp: 1, ArrowDown: -1}[event.key];
+    const steps = this.kind === 'number' && {ArrowUp: 1, ArrowDown: -1}[event.key];
     if (steps) {
       event.preventDefault();
       this.isTyped = false;
@@ -283,9 +311,9 @@ function fill(parent, children, kept) {
 
 // The fields of the numbers of the document: those that are there already stay.
 function keepFields(numbers) {
-  const there = new Set(numbers.map(({number}) => number));
+  const there = new Map(numbers.map(({number, type}) => [number, kindOf(type)]));
   for (const [name, field] of fields) {
-    if (!there.has(name)) {
+    if (there.get(name) !== field.kind) {
       field.drop();
       fields.delete(name);
     }
