@@ -91,6 +91,10 @@ class Locations:
                 self._requests.submit(self._change, key, wish.hand)
             self._wishes[key, wish.hand] = wish
 
+    def wait_for_wishes(self) -> None:
+        """Wait until all wishes so far have been asked for."""
+        self._requests.submit(lambda: None).result()
+
     def update(self, graph: Graph) -> None:
         """Ask all nodes for their locations; `<node>/rosslt/changes` tells of changes in between."""
         services = [name for name in graph.services if name.endswith(SERVICE)]

@@ -16,7 +16,7 @@ from websockets.http11 import Response
 from rosslt import files, values
 from rosslt.markers import Graph, contained
 from rosslt.node import Place
-from rosslt.web import documents, site
+from rosslt.web import documents, saving, site
 from rosslt.web.location_inputs import hint
 from rosslt.web.locations import Locations, Wish, value_in
 
@@ -37,6 +37,7 @@ class Visitor:
     Attributes:
         name: who has the wishes.
         file: the file that is open; '' for none.
+        offer: the diff of the file that the browser shows, or None.
         hovers: the number that the mouse is over, or None.
         basis: what the state that the browser has was made of.
         sent: what the browser has of the state: {name: JSON}, and of the values.
@@ -45,6 +46,7 @@ class Visitor:
 
     def __init__(self, name: str) -> None:
         self.name, self.file = name, ''
+        self.offer: Optional[saving.Offer] = None
         self.hovers: Optional[values.Source] = None
         self.basis: object = None
         self.sent: Dict[str, str] = {}
@@ -228,7 +230,7 @@ class SourcePanel:
 
     def _take(self, visitor: Visitor, text: Any) -> None:
         """Do what a browser wants, or say why not."""
-        takes = {'open': self._open, 'hover': self._hover, 'wish': self._wish}
+        takes = {'open': self._open, 'hover': self._hover, 'wish': self._wish, 'diff': self._diff, 'save': self._save}
         try:
             message = json.loads(text)
             if not isinstance(message, dict) or len(message) != 1 or not takes.keys() >= message.keys():
@@ -246,7 +248,7 @@ class SourcePanel:
         if not isinstance(file, str) or file not in there:
             raise BadMessage('no location stands in this file')
         self._read(file, there[file])
-        visitor.file = file
+        visitor.file, visitor.offer = file, None
 
     def _hover(self, visitor: Visitor, number: Any) -> None:
         """Have what a number moves marked in the view; None for none."""
@@ -284,6 +286,24 @@ class SourcePanel:
             refused(why)
         else:
             self._locations.wish(place, Wish(value, visitor.name, refused, told, taken, wish['turn']))
+
+    def _diff(self, visitor: Visitor, file: Any) -> None:
+        """Show what saving would write into the open file, with all that this visitor has wished."""
+        places = self._files().get(visitor.file)
+        if places is None or file != visitor.file:
+            raise BadMessage('this file is not open')
+        self._locations.wait_for_wishes()
+        offered = saving.offer(file, places)
+        visitor.offer = offered if offered.edits else None
+        shown = {'file': file, 'lines': offered.lines} if offered.edits else None
+        visitor.to_say.append({'diff': shown, 'said': '\n'.join(offered.left)})
+
+    def _save(self, visitor: Visitor, file: Any) -> None:
+        """Write the diff that this visitor sees."""
+        offered, visitor.offer = visitor.offer, None
+        if offered is None or file != visitor.file:
+            raise BadMessage('there is no diff to save')
+        visitor.to_say.append({'diff': None, 'said': saving.write(offered)})
 
     def _place(self, number: Any) -> Place:
         """The location of a number, as the page names it.

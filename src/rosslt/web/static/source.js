@@ -1,8 +1,9 @@
 // The source beside the view: shows what the page tells on /source, and sends what a person does.
 // All texts of others are put on the page as texts.
 
-const [view, divider, panel, tabs, notes, text, said] =
-  ['view', 'divider', 'source', 'tabs', 'notes', 'text', 'said'].map(id => document.getElementById(id));
+const [view, divider, panel, tabs, show, save, notes, text, diff, said] =
+  ['view', 'divider', 'source', 'tabs', 'show', 'save', 'notes', 'text', 'diff', 'said']
+    .map(id => document.getElementById(id));
 
 const WISH_PERIOD = 50; // ms between two wishes of a hand
 const STEP_WIDTH = 4; // pixels of a drag for one step of the last digit
@@ -273,6 +274,7 @@ function showFiles() {
 
 function open(file) {
   opened = file;
+  showDiff(null);
   send({open: file});
   showOpened();
 }
@@ -376,8 +378,44 @@ function followSelected() {
   showSelected();
 }
 
+// Show what saving would write over the source; null for the source itself.
+function showDiff(shown) {
+  const isShown = shown?.file === opened;
+  const hadFocus = diff.contains(document.activeElement) || document.activeElement === save;
+  let [before, after] = [0, 0];
+  diff.replaceChildren(...(isShown ? shown.lines : []).map(([sign, content]) => {
+    before += sign === '+' ? 0 : 1;
+    after += sign === '-' ? 0 : 1;
+    const line = make('div', {className: 'line'}, make({'+': 'ins', '-': 'del'}[sign] ?? 'span', {}, sign + content));
+    line.dataset.line = sign === '+' ? after : before;
+    return line;
+  }));
+  diff.hidden = save.hidden = !isShown;
+  save.disabled = false;
+  text.inert = isShown;
+  show.setAttribute('aria-pressed', isShown);
+  if (isShown) {
+    diff.querySelector('del, ins').scrollIntoView({block: 'center'});
+    diff.scrollLeft = 0; // the signs are at the left
+  } else if (hadFocus) {
+    show.focus();
+  }
+}
+
+// Ask for something that concerns the open file.
+function ask(kind) {
+  said.textContent = send({[kind]: opened}) ? '' : UNREACHABLE;
+}
+
+show.addEventListener('click', () => diff.hidden ? ask('diff') : showDiff(null));
+save.addEventListener('click', () => {
+  save.disabled = true;
+  ask('save');
+});
+panel.addEventListener('keydown', event => event.key === 'Escape' && !diff.hidden && showDiff(null));
+
 function take(message) {
-  const {files, document: shown, selected, values = {}, decided, said: words, refused} = message;
+  const {files, document: shown, selected, values = {}, diff: changes, decided, said: words, refused} = message;
   if (shown !== undefined) {
     state.document = shown;
     showDocument();
@@ -396,6 +434,9 @@ function take(message) {
   if (decided !== undefined) {
     fields.get(decided.number)?.decided(decided.text);
   }
+  if (changes !== undefined) {
+    showDiff(changes);
+  }
   if (words ?? refused) {
     said.textContent = words ?? refused;
   }
@@ -405,6 +446,7 @@ function connect() {
   socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/source`);
   socket.onmessage = event => take(JSON.parse(event.data));
   socket.onclose = () => {
+    showDiff(null);
     setTimeout(connect, RECONNECTION);
     notes.replaceChildren(make('li', {}, UNREACHABLE));
   };
