@@ -131,6 +131,7 @@ def test_a_drag_over_a_number_moves_it_and_is_undone_as_one(panel):
 def test_a_drag_stops_at_the_bounds(panel):
     panel.type('/lamp/east', Keys.CONTROL, 'a', Keys.NULL, '3.95', Keys.ENTER, Keys.ESCAPE)
     has_become('/lamp/east', 3.95)
+    panel.shows('/lamp/east', '3.95')
     panel.scrub('/lamp/east', 80)
     has_become('/lamp/east', 4.0)
 
