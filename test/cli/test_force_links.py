@@ -1,11 +1,11 @@
-"""`rosslt force --frame`: where a link of a robot is, is forced through the joints before it."""
+"""`rosslt force --frame` and `explain --frame`: where a link of a robot is, comes from the joints before it."""
 
 import math
 
 import pytest
 
 from support.processes import Node, wait_until
-from support.shell import failure, lines, rosslt
+from support.shell import failure, lines, on_terminal, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -90,3 +90,17 @@ def test_what_is_no_link_is_named(arm):
     assert '--in is for --frame' in rosslt('force', '--in', 'tip', '/joint_states/position', '1').stderr
     assert 'nothing in it has a source' in failure('force', '--frame', 'camera', 'position/x', '1')
     assert 'has no' in failure('force', '--frame', 'tip', 'position/w', '1')
+
+
+def test_where_a_link_is_is_explained(arm):
+    rows = lines('explain', '--frame', 'tip', 'position/x')
+    assert [(row[0], row[3]) for row in rows] == [('position.x', '/arm/shoulder'), ('position.x', '/arm/elbow')]
+    assert float(rows[0][1]) == pytest.approx(tip()[0], abs=1e-9)
+    fields = [row[0] for row in lines('explain', '--frame', 'tip', '--in', 'upper')]
+    turned = ['orientation.roll', 'orientation.pitch', 'orientation.yaw']
+    assert fields == ['position.x', 'position.y', *turned]
+    assert {row[3] for row in lines('explain', '--frame', 'tip', '--in', 'upper')} == {'/arm/elbow'}
+    assert 'tip in base position.x = ' in on_terminal('explain', '--frame', 'tip', 'position/x')
+    assert '`rosslt doctor /joint_states` says why' in failure('explain', '--frame', 'camera')
+    assert 'name a field, TOPIC/FIELD, or a link' in rosslt('explain').stderr
+    assert '--frame is for what is sent now' in rosslt('explain', '--frame', 'tip', '--bag', 'a.bag').stderr

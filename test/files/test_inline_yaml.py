@@ -98,3 +98,11 @@ def test_a_text_that_xml_would_read_as_something_else_is_left(head, value):
     edits, left = files.inline_edits('a.launch', content, 0, 1, [change])
     assert edits == []
     assert 'would need a notation of XML' in left[0][1]
+
+
+def test_a_number_is_found_where_it_stands():
+    content = LAUNCH.encode()
+    (found,) = files.inline_places('a.launch', content, 1, 3, [['gain']])
+    assert found == (content.index(b"'x>y'>gain: 1.50") + 12, content.index(b"'x>y'>gain: 1.50") + 16, 1.5)
+    assert files.inline_places('a.launch', content, 2, 3, [[1], [7]])[1] is None
+    assert files.inline_places('a.launch', content, 1, 4, [['gain'], ['gain']]) == [None, None]

@@ -153,3 +153,22 @@ def test_a_number_of_arguments_is_written_where_it_means_the_same(args, word, af
     edits, left = files.attribute_edits('a.launch', content.encode(), [change])
     assert files.replaced(content.encode(), edits).decode() == content.replace(args, after or args)
     assert [reason for _, reason in left] == [why][: after is None]
+
+
+def test_values_are_found_where_they_stand():
+    content = LAUNCH.encode()
+
+    def found(nth, name, **word):
+        change = files.AttributeChange(nth, 3, name, [], 0.0, float, 'it', **word)
+        return files.attribute_places('a.launch', content, [change])[0]
+
+    start = content.rindex(b'2.50')
+    assert found(2, 'x') == (start, start + 4, 2.5)
+    assert found(0, 'gain').start == content.index(b'1.50')
+    assert found(1, 'y') is None
+    content = b'<launch><node name="a" args="1 0.5 base"/><node name="b"/><node name="c"/></launch>'
+    start = content.index(b'0.5')
+    assert found(0, 'a', word=1, args='1 0.5 base') == (start, start + 3, 0.5)
+    assert found(0, 'a', word=1, args='1 0.5 other') is None
+    content = b'<launch><node name="a" args="1&#32;0.5"/><node name="b"/><node name="c"/></launch>'
+    assert found(0, 'a', word=1, args='1 0.5') is None

@@ -480,3 +480,12 @@ def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):
     assert (first.read_text(), second.read_text()) == ('x = 1.5\n', 'y = 2.5')
     assert isinstance(edits[0], Edit)
     assert math.isfinite(2.5)
+
+
+def test_a_diff_has_as_many_lines_around_a_change_as_are_asked_for(tmp_path):
+    file = tmp_path / 'a.py'
+    file.write_text('a\n' * 9 + 'x = 1\n')
+    source = SourceText(str(file), file.read_bytes())
+    edits = source.edits({0: 2})
+    assert unified_diff(edits).count('\n a') == 3
+    assert unified_diff(edits, context=100).count('\n a') == 9

@@ -5,7 +5,7 @@ import yaml
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rosslt.files import FileError, YamlChange, replaced, yaml_edits
+from rosslt.files import FileError, YamlChange, replaced, yaml_edits, yaml_places
 
 
 def with_word(text, path, value, said=None):
@@ -157,3 +157,14 @@ def test_a_number_that_its_tag_or_its_lines_do_not_allow_is_left(text, value):
     said = yaml.safe_load(text)['a']
     made, left = yaml_edits('file.yaml', text.encode(), [YamlChange(['a'], [said], value, 'a')])
     assert (made, [what for what, _ in left]) == ([], ['a'])
+
+
+def test_single_values_are_found_where_they_stand():
+    text = 'ä: &a 1.50\nlist: [1, "two",\n  .5]\nsame: *a\nanchored: !!float 3\n'
+    paths = (['ä'], ['list', 1], ['list', 2], ['same'], ['anchored'], ['list'], ['list', 3], ['none'])
+    found = yaml_places('a.yaml', text.encode(), paths)
+    said = [one and (text.encode()[one.start : one.end].decode(), one.value) for one in found]
+    same = ('1.50', 1.5)
+    assert said == [same, ('"two"', 'two'), ('.5', 0.5), same, ('3', 3.0), None, None, None]
+    with pytest.raises(FileError, match='it cannot be read'):
+        yaml_places('a.yaml', b'a: [', [['a']])

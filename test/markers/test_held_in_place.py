@@ -1,8 +1,10 @@
 """Things that a person has told to stay in place while others are dragged."""
 
+import itertools
 import math
 
 import pytest
+from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import JointState
 
 from rosslt import values
@@ -38,28 +40,79 @@ ANGLES = [0.3, 0.4, 0.5, 0.6]
 SOURCES = [values.Source('/arm', number) for number in range(4)]
 
 
-class Arm:
-    """The arm in a scene, whose node does at once what a drag asks for."""
+class Shown:
+    """A scene of what a node shows of some numbers, which does at once what a drag asks for."""
+
+    def __init__(self, monkeypatch, numbers):
+        monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
+        monkeypatch.setattr(change_request, 'request_values', self._change)
+        self.scene, self.numbers = Scene(Settings()), list(numbers)
+        self.drags, self._said = Drags(self.scene, Rules(rate=1000.0), str), []
+        self.show()
+
+    def show(self):
+        """Show it as it is now."""
+        raise NotImplementedError
+
+    def _tracked(self):
+        return [values.track(number, source) for number, source in zip(self.numbers, SOURCES)]
+
+    def _change(self, wanted, _timeout, _request_id, _asker):
+        changed = {source: Change(self.numbers[source.location_id], value) for source, value in wanted.items()}
+        for source, value in wanted.items():
+            self.numbers[source.location_id] = value
+        return changed
+
+    def said(self):
+        self._said += [text for _, text in self.scene.news().said]
+        return self._said
+
+
+class Points(Shown):
+    """Points with an x alone, which a function gives from the numbers: {topic: x}, or {topic: (x, frame)}."""
+
+    def __init__(self, monkeypatch, numbers, given):
+        self.given = given
+        super().__init__(monkeypatch, numbers)
+
+    def show(self):
+        for topic, x in self.given(*self._tracked()).items():
+            point = PointStamped()
+            point.point.x, point.header.frame_id = x if isinstance(x, tuple) else (x, 'world')
+            take(self.scene, topic, point)
+
+    def x(self, topic):
+        return self.scene.handle(topic).pose[0]
+
+    def pull(self, topic, *xs):
+        """Pull a point along, each time until it is there, while messages show it; the button stays down."""
+        assert self.drags.hold(topic)
+        for x in xs:
+            assert self.drags.move(topic, 'world', (x, *self.scene.handle(topic).pose[1:]))
+
+            def is_there(x=x):
+                self.show()
+                return self.x(topic) == pytest.approx(x, abs=1e-3)
+
+            wait_until(is_there, f'{topic} is at {x}')
+
+
+class Arm(Shown):
+    """The arm in a scene."""
 
     def __init__(self, monkeypatch):
         joints._description_for.cache_clear()
         monkeypatch.setattr(joints.rospy, 'has_param', {'/robot_description': ARM}.__contains__)
         monkeypatch.setattr(joints.rospy, 'get_param_cached', {'/robot_description': ARM}.get)
-        monkeypatch.setattr(changes.node, 'limits', lambda sources, timeout: {'bounds': {}, 'read_only': []})
-        monkeypatch.setattr(change_request, 'request_values', self._change)
-        self.scene, self.angles = Scene(Settings()), list(ANGLES)
-        self.drags, self._said = Drags(self.scene, Rules(rate=1000.0), str), []
-        self.show()
+        super().__init__(monkeypatch, ANGLES)
+
+    @property
+    def angles(self):
+        return self.numbers
 
     def show(self):
-        positions = [values.track(angle, source) for angle, source in zip(self.angles, SOURCES)]
-        take(self.scene, '/joints', JointState(name=[f'joint {number}' for number in range(1, 5)], position=positions))
-
-    def _change(self, wanted, _timeout, _request_id, _asker):
-        changed = {source: Change(self.angles[source.location_id], value) for source, value in wanted.items()}
-        for source, value in wanted.items():
-            self.angles[source.location_id] = value
-        return changed
+        names = [f'joint {number}' for number in range(1, 5)]
+        take(self.scene, '/joints', JointState(name=names, position=self._tracked()))
 
     def handle(self, link):
         return self.scene.handle(f'/joints:link {link}')
@@ -73,10 +126,6 @@ class Arm:
         assert self.drags.release(handle.name, handle.frame, (x, y, *handle.pose[2:]))
         self.show()
         return self.handle(link).pose
-
-    def said(self):
-        self._said += [text for _, text in self.scene.news().said]
-        return self._said
 
 
 @pytest.fixture
@@ -118,3 +167,69 @@ def test_what_is_held_in_place_and_gone_holds_nothing(arm):
     arm.drags.kept.add('/nothing')
     there = math.cos(0.5), math.sin(0.5)
     assert arm.pull('l2', *there)[:2] == pytest.approx(there, abs=2e-3)
+
+
+def test_what_stays_only_along_a_curve_stays_as_the_hand_moves(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/sum': a + b, '/product': a * b})
+    points.drags.kept.add('/product')
+    points.pull('/sum', 5.1, 5.3, 5.7)
+    assert points.x('/product') == pytest.approx(6.0, abs=1e-3)
+
+
+def test_its_numbers_stay_round(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a})
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.2999)
+    assert points.numbers == [2.0, 3.3]
+
+
+def test_a_number_does_not_move_a_bit_if_it_is_pulled_in_vain(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a, '/b': a, '/c': b})
+    points.drags.kept.add('/b')
+    assert points.drags.hold('/a')
+    assert points.drags.move('/a', 'world', (3.0, *points.scene.handle('/a').pose[1:]))
+    wait_until(lambda: any('/b is held in place' in text for text in points.said()), 'it is said')
+    assert points.numbers == [2.0, 3.0]
+
+
+def test_numbers_of_the_thing_in_place_alone_do_not_change(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0, 4.0], lambda a, b, c: {'/a': a + b, '/b': a + c})
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.5)
+    assert points.numbers == [2.0, 3.5, 4.0]
+
+
+def test_what_its_node_moves_holds_no_hand_back(monkeypatch):
+    moved = itertools.count()
+    points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a + float(next(moved))})
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.1, 5.2, 5.3)
+    assert points.numbers == [2.0, 3.3]
+
+
+def test_what_has_gone_to_another_frame_holds_no_hand_back(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a})
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.1)
+    points.given = lambda a, b: {'/a': a + b, '/b': (a + 7.0, 'map')}
+    points.pull('/a', 5.2, 5.3)
+    assert points.numbers == [2.0, 3.3]
+
+
+def test_what_has_left_for_other_numbers_holds_no_hand_back(monkeypatch):
+    points = Points(monkeypatch, [2.0, 3.0, 9.0], lambda a, b, c: {'/a': a + b, '/b': a})
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.1)
+    points.given = lambda a, b, c: {'/a': a + b, '/b': b + c}
+    points.pull('/a', 5.2, 5.3)
+    assert points.numbers == [2.0, 3.3, 9.0]
+
+
+def test_what_is_computed_in_another_way_by_then_stays(monkeypatch):
+    def given(a, b):
+        return {'/a': a + b, '/b': a * b if b < 3.05 else 2.0 * a * b - 6.0}
+
+    points = Points(monkeypatch, [2.0, 3.0], given)
+    points.drags.kept.add('/b')
+    points.pull('/a', 5.1, 5.3, 5.5)
+    assert points.x('/b') == pytest.approx(6.0, abs=2e-3)

@@ -10,6 +10,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from rosslt.node import Heard
 from rosslt.teach.devices import NotTaught
+from rosslt.teach.matcher import Latest
 from rosslt.teach.pairing import Field, paired
 
 
@@ -73,6 +74,15 @@ def test_a_joint_is_measured_by_the_one_publisher_that_has_it():
     assert numbers(joints(c=0.0), ':c', both, ':b', '/arm', '/hand')[0] == {'position[0]': 2.0}
     with pytest.raises(NotTaught, match='/arm and /hand both send the joint a on /measured'):
         numbers(joints(a=0.0), ':a', [joints(a=1.0), joints(a=2.0)], ':a', '/arm', '/hand')
+
+
+def test_a_joint_in_two_sets_of_one_publisher_is_the_latest():
+    latest = Latest({}, ())
+    for message in (joints(a=1.0), joints(a=2.0, b=0.0), joints(a=3.0)):
+        latest._note(heard(message))
+    measured = [one.message for one, _ in latest.all('/topic')]
+    for path in ('', ':a'):
+        assert numbers(joints(a=0.0), path, measured, path, '/node', '/node')[0] == {'position[0]': 3.0}
 
 
 def test_an_array_without_names_keeps_its_order():

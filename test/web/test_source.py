@@ -7,6 +7,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from support.browser import PATIENCE, Server
+from support.panel import Panel
 from support.processes import Node, wait_until
 from support.scenery import marker_node, value
 from support.shell import rosslt
@@ -30,46 +31,6 @@ LAMP = marker_node(
     'up = [0.0]',
 )
 PLACE = (-2.0, 1.0, 0.0)  # where viser's column of fields does not hide it
-
-
-class Panel:
-    """The panel beside the view of a browser."""
-
-    def __init__(self, browser):
-        self.browser, self.driver = browser, browser.driver
-
-    def open(self, file):
-        """Open a file by its tab."""
-        selector = f'#tabs button[data-file$="/{file}"]'
-        self.browser.wait(lambda: self.driver.find_elements('css selector', selector), f'a tab {file}')[0].click()
-
-    def open_file(self):
-        return self.driver.find_element('css selector', '#tabs [aria-selected=true]').get_attribute('data-file')
-
-    def box(self, name):
-        """The box of a number."""
-        selector = f'#text input[aria-label^="{name},"]'
-        return self.browser.wait(lambda: self.driver.find_elements('css selector', selector), f'{name} is marked')[0]
-
-    def shows(self, name, shown):
-        self.browser.wait(lambda: self.box(name).get_attribute('value') == shown, f'{name} is shown as {shown}')
-
-    def type(self, name, *keys):
-        self.box(name).click()
-        self.box(name).send_keys(*keys)
-
-    def says(self, text):
-        self.browser.wait(lambda: text in self.driver.find_element('id', 'source').text, f'the panel says {text}')
-
-    def line_of(self, name):
-        """The text of the line of a number, without the number."""
-        return self.driver.execute_script('return arguments[0].parentNode.textContent', self.box(name))
-
-    def scrub(self, name, pixels):
-        hand = ActionChains(self.driver, duration=50).click_and_hold(self.box(name))
-        for _ in range(abs(pixels) // 4):
-            hand.move_by_offset(4 if pixels > 0 else -4, 0)
-        hand.release().perform()
 
 
 @pytest.fixture(scope='module')
@@ -129,6 +90,20 @@ def test_a_refusal_is_said_and_the_one_in_force_comes_back(panel):
     assert value('/lamp/east') == -2.0
 
 
+def test_texts_and_truth_values_in_code_are_within_their_quotes(panel, talker):
+    panel.open('talker.py')
+    assert panel.line_of('/talker/place').strip() == "rosslt.location('home', name='place')"
+    panel.type('/talker/place', Keys.CONTROL, 'a', Keys.NULL, "it's", Keys.ENTER)
+    has_become('/talker/place', "it's")
+    panel.box('/talker/is_on').click()
+    panel.shows('/talker/is_on', 'False')
+    panel.shows_former('/talker/place', 'home')
+    panel.shows_former('/talker/is_on', 'True')
+    rosslt('reset', '/talker')
+    panel.shows('/talker/place', 'home')
+    panel.shows('/talker/is_on', 'True')
+
+
 def test_a_read_only_number_takes_nothing(panel):
     panel.type('/lamp/fixed', '9', Keys.ARROW_UP, Keys.ENTER)
     panel.scrub('/lamp/fixed', 40)
@@ -156,6 +131,7 @@ def test_a_drag_over_a_number_moves_it_and_is_undone_as_one(panel):
 def test_a_drag_stops_at_the_bounds(panel):
     panel.type('/lamp/east', Keys.CONTROL, 'a', Keys.NULL, '3.95', Keys.ENTER, Keys.ESCAPE)
     has_become('/lamp/east', 3.95)
+    panel.shows('/lamp/east', '3.95')
     panel.scrub('/lamp/east', 80)
     has_become('/lamp/east', 4.0)
 
@@ -167,26 +143,6 @@ def test_a_change_from_elsewhere_is_seen_beside_the_literal(panel):
     rosslt('undo', '/lamp')
     panel.shows('/lamp/north', '1.0')
     assert not panel.driver.find_elements('css selector', '.changed')
-
-
-#: The parts of the panel whose text has a contrast of less than 4.5 with what it stands on, which WCAG AA asks for.
-LOW_CONTRASTS = """
-const parts = color => color.match(/[0-9.]+/g).map(Number);
-const linear = part => part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
-const luminance = color => {
-    const [red, green, blue] = color.slice(0, 3).map(part => linear(part / 255));
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-};
-const ground = one => {
-    const color = parts(getComputedStyle(one).backgroundColor);
-    return color[3] === 0 ? ground(one.parentElement) : color;
-};
-const contrast = one => {
-    const both = [luminance(parts(getComputedStyle(one).color)), luminance(ground(one))];
-    return (Math.max(...both) + 0.05) / (Math.min(...both) + 0.05);
-};
-return [...document.querySelectorAll('#source *')].filter(one => contrast(one) < 4.5).map(one => one.outerHTML);
-"""
 
 
 def yellow(panel):
@@ -236,7 +192,7 @@ def test_a_file_that_was_edited_has_the_numbers_that_are_still_there(panel, lamp
         has_become('/lamp/east', -0.5)
         with open(lamp.file, 'w', encoding='utf-8') as file:
             file.write('oops(\n' + before)
-        panel.says('no number is marked')
+        panel.says('nothing is marked')
     finally:
         with open(lamp.file, 'w', encoding='utf-8') as file:
             file.write(before)
@@ -245,7 +201,7 @@ def test_a_file_that_was_edited_has_the_numbers_that_are_still_there(panel, lamp
 
 def test_numbers_of_a_live_script_are_written_where_they_stand(panel, script):
     panel.open('way.script')
-    names = [box.get_attribute('aria-label') for box in panel.browser.wait(lambda: boxes(panel, 3), 'its numbers')]
+    names = [box.get_attribute('aria-label') for box in panel.browser.wait(lambda: panel.boxes(3), 'its numbers')]
     panel.browser.picture('source_script')
     panel.type(names[0].partition(',')[0], Keys.CONTROL, 'a', Keys.NULL, '1.5', Keys.ENTER)
     wait_until(lambda: script.read_text(encoding='utf-8').startswith('height = 1.5\n'), 'it is written', PATIENCE)
@@ -256,7 +212,7 @@ def test_what_somebody_else_writes_takes_no_number_out_of_a_hand(panel, script):
     script.write_text('height = 1\ngoto(1, 0.5, height)\n', encoding='utf-8')
     panel.open('way.script')
     height, _, y = [
-        box.get_attribute('aria-label').partition(',')[0] for box in panel.browser.wait(lambda: boxes(panel, 3), 'it')
+        box.get_attribute('aria-label').partition(',')[0] for box in panel.browser.wait(lambda: panel.boxes(3), 'it')
     ]
     panel.shows(y, '0.5')
     panel.type(y, Keys.CONTROL, 'a', Keys.NULL, '7')
@@ -293,6 +249,7 @@ def test_numbers_of_an_unmodified_node_follow_edits_of_its_file(panel, tmp_path)
         assert panel.line_of('/pole/height').startswith("    grün = 'ß'; height = ")
         panel.type('/pole/height', Keys.ARROW_UP)
         panel.shows('/pole/height', '2e-1')
+        panel.browser.wait(lambda: panel.box('/pole/height').get_attribute('aria-valuenow') == '0.2', 'it is in force')
         edited = POLE.replace('import rospy\n', 'import rospy\n\n\n').replace('1e-1', '3e-1')
         pole.file.write_text(edited, encoding='utf-8', errors='surrogateescape')
         panel.shows('/pole/height', '3e-1')
@@ -310,16 +267,10 @@ PAIR = """
 def test_all_numbers_that_one_literal_says_stand_beside_each_other(panel):
     with Node('pair', PAIR):
         panel.open('pair.py')
-        first, second = panel.browser.wait(lambda: boxes(panel, 2), 'both')
+        first, second = panel.browser.wait(lambda: panel.boxes(2), 'both')
         assert second.rect['x'] > first.rect['x']
         assert second.rect['y'] == first.rect['y']
         assert panel.line_of(first.get_attribute('aria-label').partition(',')[0]).count(', name=') == 1
-
-
-def boxes(panel, count):
-    """The boxes of the open file, once there are so many."""
-    found = panel.driver.find_elements('css selector', '#text input')
-    return found if len(found) == count else None
 
 
 BAD = [
@@ -333,6 +284,10 @@ BAD = [
     '{"open": null, "hover": null}',
     '{"hover": "/lamp 1"}',
     '{"hover": {}}',
+    '{"diff": "/etc/passwd"}',
+    '{"diff": {}}',
+    '{"save": "/etc/passwd"}',
+    '{"save": null}',
     '{"wish": 3}',
     '{"wish": {"number": "/lamp 1", "text": "3", "turn": 1}}',
     '{"wish": {"number": "/lamp 1", "text": 3, "turn": 1}}',
@@ -423,7 +378,7 @@ def test_what_a_node_cannot_take_or_say_is_said(panel, tmp_path):
         keeper.process.send_signal(signal.SIGSTOP)
         keeper.file.write_text('# one line more\n' + KEEPER, encoding='utf-8')
         panel.says('/keeper does not answer')
-        assert boxes(panel, 0) == []
+        assert panel.boxes(0) == []
         keeper.process.send_signal(signal.SIGCONT)
         panel.browser.wait(lambda: 'line 8' in panel.box('/keeper/last').get_attribute('aria-label'), 'it is there')
         panel.type('/keeper/last', '7')
@@ -455,16 +410,11 @@ def test_the_source_is_made_wider_by_keys_and_mouse(panel):
     panel.browser.wait(lambda: source.rect['width'] < width - 100, 'it is narrower')
 
 
-def prefer(panel, scheme):
-    features = [{'name': 'prefers-color-scheme', 'value': scheme}]
-    panel.driver.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': features})
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
 def test_all_texts_can_be_read(panel, page, scheme):
     rosslt('set', '/lamp/north', '1.5')
-    prefer(panel, scheme)
+    panel.prefer(scheme)
     panel.browser.open(page.url)
     panel.open('lamp.py')
     try:
@@ -472,9 +422,9 @@ def test_all_texts_can_be_read(panel, page, scheme):
         panel.type('/lamp/north', 'abc', Keys.ENTER)
         panel.says('is not a number')
         panel.browser.picture('source_' + scheme)
-        assert panel.driver.execute_script(LOW_CONTRASTS) == []
+        assert panel.low_contrasts() == []
     finally:
-        prefer(panel, '')
+        panel.prefer('')
 
 
 @pytest.mark.slow

@@ -82,6 +82,30 @@ asyncio.run(click(None))
 print([(folder.label, folder.visible) for folder in folders], buttons[0].remove.call_count)
 """
 
+#: Where parameters stand in a YAML file that gives them, and what is said of others.
+DOCUMENT = r"""
+import json
+
+from rosslt import msg
+from rosslt.node import Place
+from rosslt.web import documents
+
+content = 'ä: &a 1.50\nname: "it\'s"\nis_on: Yes\nlines: "a\n  b"\nedited: 3'.encode()
+said = {'ä': 1.5, 'name': "it's", 'is_on': True, 'lines': 'a b', 'edited': 2, 'arg': 1}
+origins = {'/n/' + name: {'file': '/n.yaml', 'path': [name], 'said': value} for name, value in said.items()}
+origins['/n/arg']['is_substituted'] = True
+places = [
+    Place('/n', msg.Location(id=at, name='/n/' + name, value=json.dumps(value), file='/n.py'))
+    for at, (name, value) in enumerate(said.items())
+]
+assert {documents.file_of(place, origins) for place in places} == {'/n.yaml'}
+assert documents.file_of(places[0], {}) == '/n.py'
+document, _ = documents.read('/n.yaml', content, places, origins)
+for mark in document.marks.values():
+    print(*mark)
+print(*document.notes, sep='\n')
+"""
+
 #: What is selected as two clients click on things, and beside them.
 CLICKS = """
 import asyncio
@@ -164,6 +188,17 @@ def test_frames_that_hang_on_each_other_or_have_odd_names_do_not_stop_the_page()
 
 def test_a_text_that_was_not_in_utf8_can_be_sent_to_a_browser():
     assert printed(DIFF) == r"'```diff\n+x = 1.5  # ?\n```'"
+
+
+def test_parameters_are_marked_where_their_file_gives_them_or_named():
+    assert printed(DOCUMENT).split('\n') == [
+        '1 7 1.50 1.5',
+        "2 8 it's it's",
+        '3 8 Yes True',
+        'not marked are /n/~lines: it is written in several lines',
+        'not marked are /n/~edited: the file has changed since it was loaded, or says no single value there',
+        'not marked are /n/~arg: it stands in /n.yaml through a substitution',
+    ]
 
 
 def test_the_hint_of_a_parameter_says_where_it_is_given():

@@ -27,10 +27,12 @@ class Link:
 
     Attributes:
         topic: the same.
+        title: what it is called for people.
     """
 
     def __init__(self, topic: str, robot: node.Robot, name: str, base: str) -> None:
         self.topic, self._robot, self._name, self._base = topic, robot, name, base
+        self.title = f'{name} in {base}'
         self._joints = list(_before(robot, name, base))
         self._limits: Tuple[Any, ...] = ()  # of the joints in the last message
 

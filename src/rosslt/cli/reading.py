@@ -1,16 +1,32 @@
 """Messages with their provenance from topics, for a command that owns nothing."""
 
+import argparse
 import time
-from typing import Callable, Dict, List, Optional, Protocol
+from typing import TYPE_CHECKING, Callable, Dict, List, Optional, Protocol
 
 import rosgraph
 import rospy
 
 from rosslt import node
-from rosslt.cli.failure import Failure, did_you_mean
+from rosslt.cli.failure import Failure, Misused, did_you_mean
 from rosslt.cli.master import full_name, problem_of, system_state
 from rosslt.cli.slave_api import other_type
+from rosslt.cli.verb import Argument
 from rosslt.node import Heard
+
+if TYPE_CHECKING:
+    from rosslt.cli.links import Link
+
+#: The arguments of verbs that can also be about a link of a robot, which `link_of` finds.
+LINK_ARGUMENTS = [
+    Argument('--frame', metavar='LINK', help='FIELD is of where this link of a robot is, as position/z'),
+    Argument(
+        '--in',
+        dest='base',
+        metavar='LINK',
+        help='with --frame: as this link has it, that it hangs on (default: the one that the robot stands on)',
+    ),
+]
 
 #: Time to wait for the other publishers of a topic after the first message, in seconds.
 _GATHERING = 1.0
@@ -43,6 +59,21 @@ def listener(*topics: str, is_exact: bool = False) -> node.Listener:
         return node.Listener(*topics, is_exact=is_exact)
     except rospy.ROSException as error:
         raise Failure(str(error)) from None
+
+
+def link_of(master: rosgraph.Master, options: argparse.Namespace) -> 'Optional[Link]':
+    """The link that `LINK_ARGUMENTS` name; None if none is named.
+
+    Raises:
+        Misused, Failure: there is no such link.
+    """
+    if options.base and not options.frame:
+        raise Misused('--in is for --frame')
+    if not options.frame:
+        return None
+    from rosslt.cli.links import find_link  # with the kinematics of the markers, which other calls do without
+
+    return find_link(dict(master.getPublishedTopics('/')), options.frame, options.base or '')
 
 
 def heard_publishers(

@@ -4,9 +4,9 @@ from typing import List, Optional, Sequence, Tuple, Union
 
 from rosslt.files.errors import FileError
 from rosslt.files.launch_text import Event, becomes, events_of, tags_in
-from rosslt.files.python_source import Edit, digest_of, replaced
+from rosslt.files.python_source import Edit, Standing, digest_of, replaced
 from rosslt.files.yaml_rows import yaml_row_edits
-from rosslt.files.yaml_text import YamlChange, yaml_edits
+from rosslt.files.yaml_text import YamlChange, yaml_edits, yaml_places
 
 
 def inline_edits(
@@ -40,6 +40,27 @@ def inline_edits(
         else:
             left.append((one.what, f'{one.new.decode()} would need a notation of XML in its <rosparam> in {file}'))
     return edits, left
+
+
+def inline_places(
+    file: str, content: bytes, nth: int, count: int, paths: Sequence[Sequence[Union[str, int]]]
+) -> List[Optional[Standing]]:
+    """Find where single values stand in the YAML of one <rosparam> of a launch file.
+
+    Args:
+        file, content, nth, count: as in `inline_edits`.
+        paths: as in `yaml_places`, and so is what is returned; all are None if it is not certain which <rosparam> it
+            is, or if that is in a notation of XML.
+
+    Raises:
+        FileError: as in `inline_edits`.
+    """
+    try:
+        text, place = _inline(file, content, nth, count)
+    except ValueError:
+        return [None] * len(paths)
+    found = yaml_places(file, text, paths)
+    return [one and one._replace(start=one.start + place, end=one.end + place) for one in found]
 
 
 def inline_row_edits(

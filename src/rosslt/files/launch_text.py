@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, check_replaceable, equal, notations, same
-from rosslt.files.python_source import Edit, digest_of, replaced
+from rosslt.files.python_source import Edit, Standing, digest_of, replaced
 
 #: The ROS parameter in which `rosslt launch` notes which file says a parameter, as JSON: {full name: {'file': ...}}.
 ORIGINS = '/rosslt/parameter_origins'
@@ -167,6 +167,26 @@ def attribute_edits(
     return edits, left
 
 
+def attribute_places(file: str, content: bytes, changes: Sequence[AttributeChange]) -> List[Optional[Standing]]:
+    """Find where the values of <param> tags, and of arguments of nodes, stand.
+
+    Returns:
+        Where that of each change stands; None if that is not certain.
+
+    Raises:
+        FileError: the file is no XML.
+    """
+    events = events_of(file, content)
+    found: List[Optional[Standing]] = []
+    for change in changes:
+        try:
+            tag = events[_index_of_tag(events, change, file)]
+            found.append(Standing(*_range_of_value(file, content, tag, change), _read(change, change.text_in(tag))))
+        except ValueError:
+            found.append(None)
+    return found
+
+
 def _index_of_tag(events: Sequence[Event], change: AttributeChange, file: str) -> int:
     """The index of the event at which the tag of a change begins; ValueError if it is not certain."""
     tags = tags_in(events, change.tag)
@@ -195,14 +215,11 @@ def _edit(file: str, content: bytes, events: List[Event], index: int, change: At
         ValueError: nothing reads back to exactly that value.
     """
     tag = events[index]
-    start, end = _range_of_attribute(content, tag, change.attribute)
+    start, _ = _range_of_attribute(content, tag, change.attribute)
     quote, text, first, last = content[start - 1 : start].decode(), tag.attributes[change.attribute], 0, None
     if change.word is not None:
         first, last = [*re.finditer(_WORD, text)][change.word].span()
-        raw = [*re.finditer(_WORD.encode(), content[start:end])]
-        if change.word >= len(raw):
-            raise ValueError(f'the blanks in the arguments of {file}:{tag.line} are written as entities')
-        start, end = start + raw[change.word].start(), start + raw[change.word].end()
+    start, end = _range_of_value(file, content, tag, change)
     old = content[start:end]
     old.decode('utf-8')  # as whoever prints the edit does
     for word in notations(change.text_in(tag).strip(), change.value):
@@ -217,6 +234,21 @@ def _edit(file: str, content: bytes, events: List[Event], index: int, change: At
             if becomes(content, edit, said):
                 return edit
     raise ValueError(f'{change.value!r} cannot be written in {file}:{tag.line} so that roslaunch reads just that')
+
+
+def _range_of_value(file: str, content: bytes, tag: Event, change: AttributeChange) -> Tuple[int, int]:
+    """Find the range of the attribute of a tag, or of the word in it, that a change is about.
+
+    Raises:
+        ValueError: there is none.
+    """
+    start, end = _range_of_attribute(content, tag, change.attribute)
+    if change.word is None:
+        return start, end
+    raw = [*re.finditer(_WORD.encode(), content[start:end])]
+    if change.word >= len(raw):
+        raise ValueError(f'the blanks in the arguments of {file}:{tag.line} are written as entities')
+    return start + raw[change.word].start(), start + raw[change.word].end()
 
 
 def _range_of_attribute(content: bytes, tag: Event, name: str) -> Tuple[int, int]:

@@ -44,6 +44,14 @@ class Edit(NamedTuple):
     what: str = ''
 
 
+class Standing(NamedTuple):
+    """A value in a file: its range in the content, in bytes, and what it reads as."""
+
+    start: int
+    end: int
+    value: object
+
+
 class SourceText:
     """A Python file.
 
@@ -79,7 +87,7 @@ class SourceText:
         self.numbers = [literal for literal in self.literals if type(literal.value) in (int, float)]
         self._skeleton: Optional[str] = None
         self._calls: Optional[Dict[int, List[ast.Call]]] = None  # by the index that they begin at
-        self._indices = {(number.line, number.column): index for index, number in enumerate(self.numbers)}
+        self._indices = {(literal.line, literal.column): index for index, literal in enumerate(self.literals)}
 
     def _literals_in(self, tree: ast.AST) -> List[Tuple[Literal, ast.AST]]:
         # The services that tell of edits are in UTF-8.
@@ -135,9 +143,14 @@ class SourceText:
         except ValueError as error:
             raise FileError(self.path, None, None, str(error)) from None
 
+    def literal_at(self, line: int, column: int) -> Optional[int]:
+        """The index of the literal that begins there; both count from 1, in characters."""
+        return self._indices.get((line, column))
+
     def number_at(self, line: int, column: int) -> Optional[int]:
         """The index of the number that begins there; both count from 1, in characters."""
-        return self._indices.get((line, column))
+        index = self.literal_at(line, column)
+        return None if index is None or index >= len(self.numbers) else index
 
     def argument_of_call(
         self, line: int, column: int, position: int, keyword: str, path: Sequence[str] = ()

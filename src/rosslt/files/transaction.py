@@ -107,10 +107,14 @@ def _growth(edits: Sequence[Edit], place: int) -> int:
     return sum(len(edit.new) - len(edit.old) for edit in edits if edit.end <= place)
 
 
-def unified_diff(edits: Sequence[Edit]) -> str:
+def unified_diff(edits: Sequence[Edit], context: int = 3) -> str:
     """Show edits as a unified diff that `patch -p0` takes.
 
     Bytes that are not in UTF-8 are surrogates in it, as in `surrogateescape`.
+
+    Args:
+        edits: of one or several files.
+        context: the maximal number of lines around each change.
 
     Raises:
         FileError: as in `write`.
@@ -119,6 +123,6 @@ def unified_diff(edits: Sequence[Edit]) -> str:
     for path, (before, after) in _contents(edits).items():
         # As `patch` counts lines: a form feed ends none.
         old, new = (re.findall(r'[^\n]*\n|[^\n]+', text.decode('utf-8', 'surrogateescape')) for text in (before, after))
-        for line in difflib.unified_diff(old, new, path, path):
+        for line in difflib.unified_diff(old, new, path, path, n=context):
             lines.append(line if line.endswith('\n') else line + '\n\\ No newline at end of file\n')
     return ''.join(lines)

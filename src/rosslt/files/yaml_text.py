@@ -8,10 +8,14 @@ import yaml
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, check_replaceable, equal, notations, same
-from rosslt.files.python_source import Edit, digest_of
+from rosslt.files.python_source import Edit, Standing, digest_of
 
 #: An anchor or a tag, which stands in front of a scalar and stays there.
 PROPERTIES = re.compile(r'(?:[&!]\S*\s+)*')
+
+
+#: Keys and indices, from the root of a document to a value in it.
+_Path = Sequence[Union[str, int]]
 
 
 class YamlChange(NamedTuple):
@@ -25,7 +29,7 @@ class YamlChange(NamedTuple):
         what: what people call it.
     """
 
-    path: Sequence[Union[str, int]]
+    path: _Path
     said: Sequence[Scalar]
     value: Scalar
     what: str
@@ -40,11 +44,7 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
     Raises:
         FileError: the file is no YAML, or not in UTF-8.
     """
-    try:
-        text = content.decode('utf-8')
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise FileError(file, None, None, f'it cannot be read: {error}') from None
+    text, root = _composed(file, content)
     uses: Counter = Counter()
     _count_uses(root, uses)
     edits, left = [], []
@@ -55,17 +55,63 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
             if equal(present, change.value):
                 continue
             _node_at(root, change.path, uses)
-            end = node.end_mark.index
-            properties = PROPERTIES.match(text, node.start_mark.index, end)
-            start = properties.end() if properties else node.start_mark.index
+            start, end = _range_of(text, node)
             check_replaceable(file, text[start:end], present, change.said, change.value)
             new = _written(text, node, (start, end), change)
         except ValueError as error:
             left.append((change.what, str(error)))
             continue
-        first, last = (len(text[:place].encode('utf-8')) for place in (start, end))
+        first, last = _in_bytes(text, start, end)
         edits.append(Edit(file, digest_of(content), first, last, content[first:last], new.encode(), change.what))
     return edits, left
+
+
+def yaml_places(file: str, content: bytes, paths: Sequence[_Path]) -> List[Optional[Standing]]:
+    """Find where single values stand in a YAML file.
+
+    Args:
+        file: its path.
+        content: of it.
+        paths: of keys and indices, from the root of the document.
+
+    Returns:
+        Where each stands, without its anchor and its tag; None if there is no single value at its path.
+
+    Raises:
+        FileError: the file is no YAML, or not in UTF-8.
+    """
+    text, root = _composed(file, content)
+    found: List[Optional[Standing]] = []
+    for path in paths:
+        try:
+            node = _node_at(root, path)
+        except ValueError:
+            found.append(None)
+        else:
+            found.append(Standing(*_in_bytes(text, *_range_of(text, node)), _constructed(node)))
+    return found
+
+
+def _composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
+    """The text of a YAML file, and the root of its document."""
+    try:
+        text = content.decode('utf-8')
+        return text, yaml.compose(text, Loader=yaml.SafeLoader)
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise FileError(file, None, None, f'it cannot be read: {error}') from None
+
+
+def _range_of(text: str, node: yaml.Node) -> Tuple[int, int]:
+    """The range of a scalar in the text, without its anchor and its tag."""
+    start, end = node.start_mark.index, node.end_mark.index
+    properties = PROPERTIES.match(text, start, end)
+    return (properties.end() if properties else start), end
+
+
+def _in_bytes(text: str, start: int, end: int) -> Tuple[int, int]:
+    """A range of a text as that of its bytes."""
+    first = len(text[:start].encode('utf-8'))
+    return first, first + len(text[start:end].encode('utf-8'))
 
 
 def _count_uses(node: yaml.Node, uses: Counter) -> None:
@@ -83,7 +129,7 @@ def _count_uses(node: yaml.Node, uses: Counter) -> None:
             waiting += node.value
 
 
-def _node_at(node: yaml.Node, path: Sequence[Union[str, int]], uses: Optional[Counter] = None) -> yaml.Node:
+def _node_at(node: yaml.Node, path: _Path, uses: Optional[Counter] = None) -> yaml.Node:
     """The scalar at a path; ValueError if there is none, or, with `uses`, if it is used more than once."""
     for step in path:
         found: List[yaml.Node] = []

@@ -68,7 +68,14 @@ from rosslt.node.locations.row_edits import (
     when_rows_are_read,
 )
 from rosslt.node.locations.row_journal import RowRecord, last_row_record, take_row_back
-from rosslt.node.locations.saving import changes_to_save, differing_in, tell_saved, why_whole
+from rosslt.node.locations.saving import (
+    changes_to_save,
+    differing_in,
+    parameter_places,
+    tell_saved,
+    why_not_written,
+    why_whole,
+)
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.locations.uses import Uses, shared_in, tracked_of_thing
 from rosslt.node.master_watch import MASTER_WATCH

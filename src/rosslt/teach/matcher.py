@@ -54,9 +54,13 @@ class Latest:
             self._locations[topic].ask()
 
     def all(self, topic: str) -> List[Tuple[Heard, float]]:
-        """The latest message of each publisher of a topic, and of each set of joints, with the time of its arrival."""
+        """The latest message of each publisher of a topic, and of each set of joints, with the time of its arrival.
+
+        They are in the order of arrival: a joint may be in several sets of one publisher.
+        """
         with self._lock:
-            return [found for (of, *_), found in self._all.items() if of == topic]
+            found = [one for (of, *_), one in self._all.items() if of == topic]
+        return sorted(found, key=lambda one: one[1])
 
     @contextlib.contextmanager
     def coming(self) -> Any:

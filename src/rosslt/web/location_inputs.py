@@ -5,7 +5,6 @@ nothing if the text is not a number.
 """
 
 import collections
-import contextlib
 import functools
 import json
 import math
@@ -13,10 +12,8 @@ import os
 import time
 from typing import Any, Callable, ContextManager, Dict, List, Mapping, Optional, Tuple
 
-import rospy
 import viser
 
-from rosslt import files
 from rosslt.markers import contained
 from rosslt.node import Place
 from rosslt.web.drawing import MANY
@@ -145,9 +142,9 @@ class Numbers:
             field.widget.value = _shown(place)
 
     def _widget(self, place: Place, order: float) -> Any:
-        gui, value = self._server.gui, _shown(place)
+        gui, value, told = self._server.gui, _shown(place), hint(place, self._locations.origins)
         fault = place.location.fault
-        options = {'disabled': bool(place.read_only or fault), 'hint': hint(place, origins()), 'order': order}
+        options = {'disabled': bool(place.read_only or fault), 'hint': told, 'order': order}
         if place.location.type == 'bool' and not fault:
             return gui.add_checkbox(_label(place), value, **options)
         if not _has_slider(place):
@@ -235,13 +232,6 @@ def _step(number: Any, length: float) -> Any:
     if number is int or not math.isfinite(length) or length <= 0.0:
         return number(1)
     return 10.0 ** math.floor(math.log10(length / STEPS))
-
-
-def origins() -> Any:
-    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
-    with contextlib.suppress(ValueError, TypeError):  # what is there is not what `rosslt launch` writes
-        return dict(json.loads(rospy.get_param_cached(files.ORIGINS, '{}')))
-    return {}
 
 
 def _label(place: Place) -> str:

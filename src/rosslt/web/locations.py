@@ -1,6 +1,7 @@
 """The locations of all tracked nodes, as their owners report them, kept up to date; and changes of them."""
 
 import contextlib
+import json
 import math
 import reprlib
 import time
@@ -9,7 +10,7 @@ from typing import Any, Callable, ContextManager, Dict, List, NamedTuple, Option
 
 import rospy
 
-from rosslt import msg, node, values
+from rosslt import files, msg, node, values
 from rosslt.markers import Graph, contained, refusal
 from rosslt.node import Place
 
@@ -56,11 +57,13 @@ class Locations:
     Attributes:
         shows_all: whether numbers are shown that give a formula its shape.
         reports: how many reports of owners there were: as long as there is no other one, `places` are the same.
+        origins: {full name of a parameter: where it is given}, as `rosslt launch` has noted it.
     """
 
     def __init__(self, lock: ContextManager[bool]) -> None:
         self._lock = lock
         self.shows_all, self.reports = False, 0
+        self.origins: Dict[str, Dict[str, Any]] = {}
         self._places: Dict[str, Dict[int, Place]] = {}
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._wishes: Dict[Tuple[Key, str], Wish] = {}  # of each location and hand
@@ -88,12 +91,18 @@ class Locations:
                 self._requests.submit(self._change, key, wish.hand)
             self._wishes[key, wish.hand] = wish
 
+    def wait_for_wishes(self) -> None:
+        """Wait until all wishes so far have been asked for."""
+        self._requests.submit(lambda: None).result()
+
     def update(self, graph: Graph) -> None:
         """Ask all nodes for their locations; `<node>/rosslt/changes` tells of changes in between."""
         services = [name for name in graph.services if name.endswith(SERVICE)]
         nodes = {name[: -len(SERVICE)] for name in services}.difference([rospy.get_name()])
         found, silent = node.directory().ask(nodes, TIMEOUT, makes_known=self.shows_all)
+        origins = _origins()
         with self._lock:
+            self.origins = origins
             known = {name: self._places[name] for name in self._places if silent.get(name) == node.NO_ANSWER}
             told = {name: {place.location.id: place for place in places} for name, places in found.items() if places}
             self._places = {**known, **told}
@@ -155,6 +164,24 @@ class Locations:
             request = node.ChangeRequest(TIMEOUT)
         self._changes[key] = wish, request
         return request
+
+
+def _origins() -> Dict[str, Dict[str, Any]]:
+    """{full name of a parameter: where it is given}, as `rosslt launch` has noted it."""
+    with contextlib.suppress(ValueError, AttributeError):  # what is there is not what `rosslt launch` writes
+        noted = json.loads(str(rospy.get_param_cached(files.ORIGINS, '{}')))
+        return {name: one for name, one in noted.items() if isinstance(one, dict) and isinstance(one.get('file'), str)}
+    return {}
+
+
+def value_in(place: Place, text: str) -> Tuple[Any, str]:
+    """The value that a text says for a location: (value, ''), or (None, why it is none that the location takes)."""
+    if place.location.type == 'str':
+        return text, ''
+    if place.location.type == 'bool':
+        value = {'true': True, 'false': False}.get(text)
+        return value, '' if value is not None else f'{reprlib.repr(text)} is neither true nor false'
+    return number_in(place, text.strip())
 
 
 def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:

@@ -16,9 +16,9 @@ from websockets.http11 import Response
 from rosslt import files, values
 from rosslt.markers import Graph, contained
 from rosslt.node import Place
-from rosslt.web import documents, site
-from rosslt.web.location_inputs import hint, origins
-from rosslt.web.locations import Locations, Wish, number_in
+from rosslt.web import documents, saving, site
+from rosslt.web.location_inputs import hint
+from rosslt.web.locations import Locations, Wish, value_in
 
 #: The path of the connections.
 PATH = '/source'
@@ -37,6 +37,7 @@ class Visitor:
     Attributes:
         name: who has the wishes.
         file: the file that is open; '' for none.
+        offer: the diff of the file that the browser shows, or None.
         hovers: the number that the mouse is over, or None.
         basis: what the state that the browser has was made of.
         sent: what the browser has of the state: {name: JSON}, and of the values.
@@ -45,6 +46,7 @@ class Visitor:
 
     def __init__(self, name: str) -> None:
         self.name, self.file = name, ''
+        self.offer: Optional[saving.Offer] = None
         self.hovers: Optional[values.Source] = None
         self.basis: object = None
         self.sent: Dict[str, str] = {}
@@ -153,7 +155,7 @@ class SourcePanel:
                 {'file': file, 'nodes': sorted({place.node for place in places})} for file, places in there.items()
             ],
             'selected': [
-                {'number': _name(source), 'file': place.location.file}
+                {'number': _name(source), 'file': self._file_of(place)}
                 for source, place in selected
                 if place is not None
             ],
@@ -168,13 +170,14 @@ class SourcePanel:
             {
                 'number': _name(place.source),
                 'name': place.name,
+                'type': place.location.type,
                 'line': mark.line,
                 'column': mark.column,
                 'token': mark.token,
             }
             for place, mark in marks
         ]
-        given = origins()
+        given = self._locations.origins
         shown = {'file': visitor.file, 'text': document.text, 'notes': document.notes, 'numbers': numbers}
         return {**state, 'document': shown}, {_name(place.source): _value(place, mark, given) for place, mark in marks}
 
@@ -187,9 +190,13 @@ class SourcePanel:
         found: Dict[str, List[Place]] = {}
         for places in self._locations.places().values():
             for place in places:
-                if place.location.file:
-                    found.setdefault(place.location.file, []).append(place)
+                file = self._file_of(place)
+                if file:
+                    found.setdefault(file, []).append(place)
         return dict(sorted(found.items()))
+
+    def _file_of(self, place: Place) -> str:
+        return documents.file_of(place, self._locations.origins)
 
     def _read(self, file: str, places: List[Place]) -> None:
         try:
@@ -197,8 +204,15 @@ class SourcePanel:
         except files.FileError as error:
             basis, document = None, documents.Document('', {}, [str(error)])
         else:
+            origins = self._locations.origins
             reported = [
-                (documents.key_of(place), place.location.line, place.location.column, place.location.literal)
+                (
+                    documents.key_of(place),
+                    place.location.line,
+                    place.location.column,
+                    place.location.literal,
+                    origins.get(place.location.name),
+                )
                 for place in places
             ]
             basis = content, reported
@@ -206,7 +220,7 @@ class SourcePanel:
                 known = self._documents.get(file)
             if known is not None and known[0] == basis:
                 return
-            document, is_complete = documents.read(file, content, places)
+            document, is_complete = documents.read(file, content, places, origins)
             if not files.holds(file, content):
                 return  # the owners may have told of another content; the next look reads it again
             if not is_complete:
@@ -216,7 +230,7 @@ class SourcePanel:
 
     def _take(self, visitor: Visitor, text: Any) -> None:
         """Do what a browser wants, or say why not."""
-        takes = {'open': self._open, 'hover': self._hover, 'wish': self._wish}
+        takes = {'open': self._open, 'hover': self._hover, 'wish': self._wish, 'diff': self._diff, 'save': self._save}
         try:
             message = json.loads(text)
             if not isinstance(message, dict) or len(message) != 1 or not takes.keys() >= message.keys():
@@ -234,7 +248,7 @@ class SourcePanel:
         if not isinstance(file, str) or file not in there:
             raise BadMessage('no location stands in this file')
         self._read(file, there[file])
-        visitor.file = file
+        visitor.file, visitor.offer = file, None
 
     def _hover(self, visitor: Visitor, number: Any) -> None:
         """Have what a number moves marked in the view; None for none."""
@@ -248,7 +262,7 @@ class SourcePanel:
             raise BadMessage('a wish has the number, a text and a turn')
         number = wish.get('number')
         place = self._place(number)
-        if place.location.file != visitor.file:  # its node was started anew from another file
+        if self._file_of(place) != visitor.file:  # its node was started anew from another file
             raise BadMessage('this number is not in the open file')
 
         def decided() -> None:
@@ -266,12 +280,30 @@ class SourcePanel:
             if place.location.at_next_start:
                 told(f'it {place.location.at_next_start}')
 
-        value, why = number_in(place, wish['text'].strip())
+        value, why = value_in(place, wish['text'])
         why = _why_fixed(place) or why
         if why:
             refused(why)
         else:
             self._locations.wish(place, Wish(value, visitor.name, refused, told, taken, wish['turn']))
+
+    def _diff(self, visitor: Visitor, file: Any) -> None:
+        """Show what saving would write into the open file, with all that this visitor has wished."""
+        places = self._files().get(visitor.file)
+        if places is None or file != visitor.file:
+            raise BadMessage('this file is not open')
+        self._locations.wait_for_wishes()
+        offered = saving.offer(file, places)
+        visitor.offer = offered if offered.edits else None
+        shown = {'file': file, 'lines': offered.lines} if offered.edits else None
+        visitor.to_say.append({'diff': shown, 'said': '\n'.join(offered.left)})
+
+    def _save(self, visitor: Visitor, file: Any) -> None:
+        """Write the diff that this visitor sees."""
+        offered, visitor.offer = visitor.offer, None
+        if offered is None or file != visitor.file:
+            raise BadMessage('there is no diff to save')
+        visitor.to_say.append({'diff': None, 'said': saving.write(offered)})
 
     def _place(self, number: Any) -> Place:
         """The location of a number, as the page names it.
@@ -293,18 +325,35 @@ def _name(source: values.Source) -> str:
 def _why_fixed(place: Place) -> str:
     """Why a location takes no change; '' if it does."""
     location = place.location
-    return location.fault or location.locked or ('it takes no change' if place.read_only else '')
+    if location.fault or location.locked:
+        return str(location.fault or location.locked)
+    if place.read_only:
+        return 'it takes no change'
+    has_lines = location.type == 'str' and documents.NEWLINE.search(place.value)
+    return 'a text of several lines is not typed here' if has_lines else ''
 
 
 def _value(place: Place, mark: documents.Mark, given: Any) -> Dict[str, Any]:
-    """What of a number changes: its value in force, written as in the file, and what is to be known of it."""
+    """What of a value changes: the one in force, written as in the file, and what is to be known of it."""
     location = place.location
-    is_as_written = location.fault or files.equal(place.value, mark.value)
+    is_as_written = bool(location.fault) or files.equal(place.value, mark.value)
     return {
-        'text': mark.token if is_as_written else files.in_manner_of(mark.token, place.value),
+        'text': mark.token if location.fault else _written(place, mark, is_as_written),
+        'changed': not is_as_written,
         'value': location.value,
         'minimum': location.minimum,
         'maximum': location.maximum,
         'fixed': _why_fixed(place),
         'hint': hint(place, given),
     }
+
+
+def _written(place: Place, mark: documents.Mark, is_as_written: bool) -> str:
+    """The value in force, in the manner of the file; a text as it is, without quotes."""
+    if isinstance(place.value, str):
+        return place.value
+    if is_as_written:
+        return mark.token
+    if isinstance(place.value, bool):
+        return next(files.notations(mark.token, place.value))
+    return files.in_manner_of(mark.token, place.value)

@@ -12,7 +12,7 @@ from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, meant_where, path_where, source_values, target, values_where
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change, write_note
-from rosslt.cli.reading import heard_publishers, listener
+from rosslt.cli.reading import LINK_ARGUMENTS, heard_publishers, link_of, listener
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.messages import Scalar
 from rosslt.node import Directory, Heard
@@ -59,13 +59,7 @@ ARGUMENTS = [
         help='change this location alone: NODE/LOCATION, NODE#ID, or FILE:LINE:COLUMN as rosslt echo says; given '
         'several times, change no others than these',
     ),
-    Argument('--frame', metavar='LINK', help='FIELD is of where this link of a robot is'),
-    Argument(
-        '--in',
-        dest='base',
-        metavar='LINK',
-        help='with --frame: as this link has it, that it hangs on (default: the one that the robot stands on)',
-    ),
+    *LINK_ARGUMENTS,
     Argument('--node', completer='nodes', metavar='NODE', help='in the messages of this node'),
     Argument(
         '--where',
@@ -85,10 +79,8 @@ _SO_ALREADY = 'nothing to change: it is so already'
 def run(options: argparse.Namespace) -> None:
     if options.rounds < 1:
         raise Misused(f'--rounds must be at least 1, found {options.rounds}')
-    if options.base and not options.frame:
-        raise Misused('--in is for --frame')
     master, directory = find_master(), Directory()
-    link = _link(dict(master.getPublishedTopics('/')), options) if options.frame else None
+    link = link_of(master, options)
     topic, _, field = (link.topic, '', options.field) if link else split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
     with listener(topic, is_exact=True) as messages, node.NodeErrors() as errors:
@@ -134,12 +126,6 @@ def run(options: argparse.Namespace) -> None:
     seen = (outcome.messages, f'{outcome.milliseconds:.0f}') if outcome.is_reached else ()
     _show(directory, outcome.changes, seen=seen)
     _report(outcome, publisher)
-
-
-def _link(types: Dict[str, str], options: argparse.Namespace) -> Any:
-    from rosslt.cli.links import find_link  # with the kinematics of the markers, which other calls do without
-
-    return find_link(types, options.frame, options.base or '')
 
 
 def _forced(directory: Directory, forcing: node.Forcing, received: Heard) -> node.Outcome:

@@ -14,6 +14,9 @@ DIGITS = 13
 #: Into how many parts the way to an answer is divided to see whether it is a leap.
 PARTS = 8
 
+#: By how much more what is held in place counts than what is pulled, if both cannot be where they are wanted.
+FIRMNESS = 1000.0
+
 #: The rounding error of a distance, relative to it, and where it is 0.
 ROUNDING = 1e-9
 
@@ -53,6 +56,7 @@ def plan(
     thing: Optional[Sequence[Any]] = None,
     shared: Sequence[Collection[values.Source]] = (),
     limited: Sequence[Limited] = (),
+    kept: Tuple[Sequence[Any], Sequence[float]] = ((), ()),
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -70,10 +74,13 @@ def plan(
         thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
         shared: of each of these, as of `Directory.held`.
         limited: numbers that are to stay within limits, as far as bounds of sources say so.
+        kept: tracked values that are to stay, each `FIRMNESS` times as firmly as the others go, and where they are.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
+    tracked, targets = [*tracked, *kept[0]], [*targets, *kept[1]]
+    firmness = [1.0] * (len(tracked) - len(kept[0])) + [FIRMNESS] * len(kept[0])
     here = last or values.source_values(tracked)
     if began:
         tracked = values.reapply(list(tracked), began)
@@ -98,10 +105,12 @@ def plan(
         # As near as it comes from the last good values.
         tracked = values.reapply(list(tracked), here)
         began_here = values.source_values(tracked)
-        after, gap = values.nearest(tracked, targets, **limits)
+        firm = [value if by == 1.0 else value * by for value, by in zip(tracked, firmness)]
+        firm_targets = [target * by for target, by in zip(targets, firmness)]
+        after, gap = values.nearest(firm, firm_targets, **limits)
         if not may_leap and _leaps(tracked, targets, after):
             raise
-        after = _shortened(after, began_here, tracked, targets, gap + 0.5 * resolution)
+        after = _shortened(after, began_here, firm, firm_targets, gap + 0.5 * resolution)
         after = _rounded(after, began_here, tracked, resolution, limits)
         # Changes that the drag has made already are part of the answer, also if nothing comes nearer.
         moved = last or {source: value for source, value in here.items() if value != present.get(source, value)}

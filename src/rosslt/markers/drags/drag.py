@@ -11,9 +11,6 @@ from rosslt.markers.scene.handle import Handle, has_source
 #: The rounding error of 32-bit numbers, relative to their size or 1.
 NOISE = 1e-6
 
-#: By how much more what is held in place counts than what is pulled, if both cannot be where they are wanted.
-FIRMNESS = 1000.0
-
 
 class Drag:
     """A hand on a handle, and what it has done so far.
@@ -26,7 +23,8 @@ class Drag:
     Attributes:
         held: the sources of the thing that the hand has taken hold of. It changes no others.
         chosen: those of them that a person has chosen. If there are any, it changes these alone.
-        kept: {name: pose when the hand took hold} of things that are to stay in place, and share sources with it.
+        kept: {name: (thing, its pose)} of things that are to stay in place, and share sources with it: as the last
+            message has each while it has its frame and its sources, and where it is to stay.
         shared: of each number of the thing, the sources that moved other things as well.
         pose: where the hand has it now.
         start: where the hand took hold of it.
@@ -54,7 +52,7 @@ class Drag:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.chosen: Collection[values.Source] = ()
-        self.kept: Dict[str, PoseTuple] = {}
+        self.kept: Dict[str, Tuple[Handle, PoseTuple]] = {}
         self.shared: Sequence[Collection[values.Source]] = ()
         self.thing = self.solved = handle
         self.went_on = 0.0
@@ -91,21 +89,27 @@ class Drag:
         """Leave other things where they are now."""
         for one in handles:
             if one.name != self.handle.name and not self.held.isdisjoint(values.sources(list(one.tracked))):
-                self.kept[one.name] = one.pose
+                self.kept[one.name] = one, one.pose
 
     def in_place(self, handle_of: Callable[[str], Optional[Handle]]) -> Tuple[List[Any], List[float]]:
-        """The targets of the things that are to stay in place, as in `wanted`, each `FIRMNESS` times as large.
+        """The targets of the things that are to stay in place, as in `wanted`.
+
+        What its node moves stays where that has moved it to. What is gone, or has left for other sources or for another
+        frame, counts as it was last.
 
         Args:
             handle_of: gives a handle as a message has it now.
         """
         kept: List[Any] = []
         targets: List[float] = []
-        for name, pose in self.kept.items():
-            handle = handle_of(name)
-            tracked, there = handle.wanted(pose, True, True) if handle is not None else ([], [])
-            kept += [value * FIRMNESS for value in tracked]
-            targets += [target * FIRMNESS for target in there]
+        for name, (known, pose) in self.kept.items():
+            shown = handle_of(name)
+            if shown is not None and shown is not known and _is_same_thing(known, shown):
+                is_moved = not _is_there(known, shown) and _sources(known) == _sources(shown)
+                known, pose = self.kept[name] = shown, shown.pose if is_moved else pose
+            tracked, there = known.wanted(pose, True, True)
+            kept += tracked
+            targets += there
         return kept, targets
 
     def wanted(self, handle: Handle, pose: PoseTuple) -> Tuple[List[Any], List[float], str]:
@@ -125,7 +129,7 @@ class Drag:
         if handle is self.thing or self.has_left(values.sources(list(handle.tracked))) or self.misfit(handle):
             return
         way = _way(self.thing, handle)
-        is_there = way <= NOISE * max(1.0, *map(abs, map(float, handle.tracked)))
+        is_there = _is_there(self.thing, handle)
         is_told = _sources(handle) == _sources(self.thing)
         self.has_ways = self.has_ways or (is_there and is_told and self.doubt is not None)
         if is_there or (self.has_ways and not is_told):
@@ -179,6 +183,17 @@ class Drag:
             self.fault = 'its pose is not finite'
             return False
         return True
+
+
+def _is_same_thing(known: Handle, shown: Handle) -> bool:
+    """Return whether a later message has a thing in the same frame, with the same sources."""
+    of_known, of_shown = values.sources(list(known.tracked)), values.sources(list(shown.tracked))
+    return known.frame.lstrip('/') == shown.frame.lstrip('/') and set(of_known) == set(of_shown)
+
+
+def _is_there(known: Handle, shown: Handle) -> bool:
+    """Return whether a later message shows a thing where its sources bring it."""
+    return _way(known, shown) <= NOISE * max(1.0, *map(abs, map(float, shown.tracked)))
 
 
 def _sources(handle: Handle) -> Dict[values.Source, Any]:

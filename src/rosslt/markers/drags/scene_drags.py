@@ -185,7 +185,7 @@ class Drags:
             self._drops.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
             drag.shared = self._scene.shared(handle)
-            drag.keep(filter(None, map(self._scene.handle, self.kept)))
+            drag.keep(filter(None, map(self._scene.handle, sorted(self.kept))))
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -398,11 +398,10 @@ class Drags:
                 self._scene.say(handle, stays)
             return None
         timeout = self._rules.timeout
-        kept, kept_targets = drag.in_place(self._scene.handle)
         try:
             plan = changes.plan(
-                [*tracked, *kept],
-                [*targets, *kept_targets],
+                tracked,
+                targets,
                 drag.chosen,
                 timeout / 2,
                 began=drag.request.before,
@@ -412,6 +411,7 @@ class Drags:
                 thing=drag.handle.tracked,
                 shared=drag.shared,
                 limited=drag.handle.limits,
+                kept=drag.in_place(self._scene.handle),
             )
             joint_limits.check(drag.handle.limits, plan.after)
             wanted = changes.to_request(plan, drag.request.after)

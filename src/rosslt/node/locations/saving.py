@@ -9,7 +9,7 @@ from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, 
 import rosgraph
 import rospy
 
-from rosslt import files, srv
+from rosslt import files, srv, values
 from rosslt.messages import Message
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.json_scalars import from_json, to_json
@@ -20,6 +20,9 @@ from rosslt.node.service_calls import ask_all
 
 #: The maximal number of remembered values of a parameter that a save offered to write.
 _MOST_OFFERED = 20
+
+#: A parameter, and where it is given, as `rosslt launch` has noted it.
+_Given = Tuple[Place, Dict[str, Any]]
 
 
 class Unsaved(NamedTuple):
@@ -283,47 +286,93 @@ def _where(origin: Dict[str, object]) -> Dict[str, Any]:
     return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'word', 'said')}
 
 
-def edits_of(file: str, those: List[Tuple[Place, Dict[str, Any]]]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
+def edits_of(file: str, those: List[_Given]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
     """Make the edits that write parameters into a file, and list those that cannot be saved."""
     content = files.read_bytes(file)
-    import rosparam  # noqa: F401 - teaches yaml to read angles
-
-    # By the <rosparam> of a launch file that they stand in; None if the file is YAML itself.
-    in_yaml: Dict[Any, List[files.YamlChange]] = {}
-    for place, origin in those:
-        if 'path' in origin:
-            tag = tuple(origin['rosparam']) if 'rosparam' in origin else None
-            change = files.YamlChange(origin['path'], origin['said'], place.value, place.local_name)
-            in_yaml.setdefault(tag, []).append(change)
-    if None in in_yaml:
-        return files.yaml_edits(file, content, in_yaml[None])
+    in_yaml, in_attributes = _sorted_by_tag(those)
     edits: List[files.Edit] = []
     left: List[Tuple[str, str]] = []
-    for (nth, count), changes in in_yaml.items():
-        made, unmade = files.inline_edits(file, content, nth, count, changes)
+    for tag, alike in in_yaml.items():
+        changes = [
+            files.YamlChange(origin['path'], origin['said'], place.value, place.local_name) for place, origin in alike
+        ]
+        if tag is None:
+            made, unmade = files.yaml_edits(file, content, changes)
+        else:
+            made, unmade = files.inline_edits(file, content, *tag, changes)
         edits, left = edits + made, left + unmade
+    if in_attributes:
+        made, unmade = files.attribute_edits(file, content, [_attribute_change(*one) for one in in_attributes])
+        edits, left = edits + made, left + unmade
+    return edits, left
+
+
+def parameter_places(file: str, content: bytes, those: List[_Given]) -> Dict[values.Source, files.Standing]:
+    """Find where the values of parameters stand in a YAML or launch file.
+
+    Args:
+        file: its path.
+        content: what it says now.
+        those: the parameters, each with where it is given, as `rosslt launch` has noted it.
+
+    Returns:
+        {source: where its value stands}, if that is certain, and if it is the value that was there when the file was
+        loaded, one that may have been saved since, or the value in force.
+
+    Raises:
+        FileError: the file cannot be read.
+    """
+    in_yaml, in_attributes = _sorted_by_tag(those)
+    stands: List[Tuple[_Given, Optional[files.Standing]]] = []
+    for tag, alike in in_yaml.items():
+        paths = [origin['path'] for _, origin in alike]
+        if tag is None:
+            stands += zip(alike, files.yaml_places(file, content, paths))
+        else:
+            stands += zip(alike, files.inline_places(file, content, *tag, paths))
+    if in_attributes:
+        changes = [_attribute_change(*one) for one in in_attributes]
+        stands += zip(in_attributes, files.attribute_places(file, content, changes))
+    return {
+        place.source: one
+        for (place, origin), one in stands
+        if one is not None
+        and any(files.equal(one.value, said) for said in (origin['said'], *origin.get('offered', ()), place.value))
+    }
+
+
+def _sorted_by_tag(those: List[_Given]) -> Tuple[Dict[Optional[Tuple[int, int]], List[_Given]], List[_Given]]:
+    """Parameters of a file by what they stand in.
+
+    Returns:
+        ({index of the <rosparam>, and how many there are, or None if the file is YAML itself: those in its YAML},
+        those in attributes).
+    """
+    import rosparam  # noqa: F401 - teaches yaml to read angles
+
+    in_yaml: Dict[Optional[Tuple[int, int]], List[_Given]] = {}
+    for place, origin in those:
+        if 'path' in origin:
+            nth, count = origin.get('rosparam', (None, None))
+            in_yaml.setdefault(None if nth is None else (nth, count), []).append((place, origin))
+    return in_yaml, [one for one in those if 'path' not in one[1]]
+
+
+def _attribute_change(place: Place, origin: Dict[str, Any]) -> files.AttributeChange:
+    """The change of an attribute of a launch file that gives a parameter."""
     from roslaunch.loader import convert_value
 
-    made, unmade = files.attribute_edits(
-        file,
-        content,
-        [
-            files.AttributeChange(
-                origin['tag'][0],
-                origin['tag'][1],
-                origin['name'],
-                origin['said'],
-                place.value,
-                float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
-                place.local_name,
-                origin.get('word'),
-                origin['text'],
-            )
-            for place, origin in those
-            if 'path' not in origin
-        ],
+    return files.AttributeChange(
+        origin['tag'][0],
+        origin['tag'][1],
+        origin['name'],
+        origin['said'],
+        place.value,
+        float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
+        place.local_name,
+        origin.get('word'),
+        origin['text'],
     )
-    return edits + made, left + unmade
 
 
 def _read_param(convert_value: Any, kind: str, text: str) -> Any:

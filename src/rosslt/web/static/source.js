@@ -1,8 +1,9 @@
 // The source beside the view: shows what the page tells on /source, and sends what a person does.
 // All texts of others are put on the page as texts.
 
-const [view, divider, panel, tabs, notes, text, said] =
-  ['view', 'divider', 'source', 'tabs', 'notes', 'text', 'said'].map(id => document.getElementById(id));
+const [view, divider, panel, tabs, show, save, notes, text, diff, said] =
+  ['view', 'divider', 'source', 'tabs', 'show', 'save', 'notes', 'text', 'diff', 'said']
+    .map(id => document.getElementById(id));
 
 const WISH_PERIOD = 50; // ms between two wishes of a hand
 const STEP_WIDTH = 4; // pixels of a drag for one step of the last digit
@@ -46,19 +47,28 @@ function stepped(shown, steps) {
   return (digits < 0n ? '-' : '') + written.slice(0, point) + decimals + exponent;
 }
 
-// A number in the text.
+// What a field of a type is: 'bool', 'str' or 'number'.
+const kindOf = type => type === 'int' || type === 'float' ? 'number' : type;
+
+// A number, a text or a truth value in the text.
 class Field {
   constructor(number) {
+    this.kind = kindOf(number.type);
     this.isTyped = false; // something was typed that is not taken yet
     this.drag = null; // {x, text, hasMoved} of a drag over it
     this.waits = null; // the text of the last wish, until it is decided
     this.due = null; // the timer of the next wish
-    this.box = make('input', {type: 'text', autocomplete: 'off', spellcheck: false, inputMode: 'decimal'});
-    this.box.setAttribute('role', 'spinbutton');
+    this.box = this.kind === 'bool'
+      ? make('button', {type: 'button'})
+      : make('input', {type: 'text', autocomplete: 'off', spellcheck: false});
+    this.box.inputMode = this.kind === 'number' ? 'decimal' : '';
+    if (this.kind !== 'str') {
+      this.box.setAttribute('role', this.kind === 'bool' ? 'switch' : 'spinbutton');
+    }
     this.box.dataset.number = number.number;
     this.literal = make('s', {hidden: true});
     this.stand(number);
-    this.show({text: number.token, value: number.token, minimum: '', maximum: '', fixed: '', hint: ''});
+    this.show({text: number.token, changed: false, value: '', minimum: '', maximum: '', fixed: '', hint: ''});
     const on = (kind, handle) => this.box.addEventListener(kind, handle.bind(this));
     on('pointerdown', this.takeHold);
     on('mousedown', event => this.drag && event.preventDefault()); // no text is selected meanwhile
@@ -70,6 +80,7 @@ class Field {
     on('focus', this.enter);
     on('blur', this.leave);
     on('input', this.type);
+    on('click', this.toggle);
     on('keydown', this.press);
   }
 
@@ -77,7 +88,7 @@ class Field {
   stand(number) {
     this.number = number;
     this.box.setAttribute('aria-label', `${number.name}, line ${number.line}`);
-    this.literal.textContent = number.token;
+    this.literal.textContent = number.token || '\'\'';
   }
 
   // A person's hand is on it: as long as its box stays where it is in the page, it keeps focus and mouse.
@@ -99,11 +110,17 @@ class Field {
     this.known = known;
     this.box.readOnly = known.fixed !== '';
     this.box.title = [this.number.name, known.fixed, known.hint].filter(Boolean).join('\n');
-    const bounds = {'aria-valuenow': known.value, 'aria-valuemin': known.minimum, 'aria-valuemax': known.maximum};
-    for (const [name, bound] of Object.entries(bounds)) {
-      bound === '' ? this.box.removeAttribute(name) : this.box.setAttribute(name, bound);
+    this.box.setAttribute('aria-readonly', this.box.readOnly);
+    const {value, minimum, maximum} = known;
+    const told = {
+      bool: {'aria-checked': value},
+      number: {'aria-valuenow': value, 'aria-valuemin': minimum, 'aria-valuemax': maximum},
+      str: {},
+    };
+    for (const [name, one] of Object.entries(told[this.kind])) {
+      one === '' ? this.box.removeAttribute(name) : this.box.setAttribute(name, one);
     }
-    this.literal.hidden = known.text === this.number.token;
+    this.literal.hidden = !known.changed;
     this.box.classList.toggle('changed', !this.literal.hidden);
     if (!this.isTyped && this.drag === null && this.waits === null) {
       this.write(known.text);
@@ -111,14 +128,18 @@ class Field {
   }
 
   write(shown) {
+    if (this.kind === 'bool') {
+      this.box.textContent = shown;
+      return;
+    }
     this.box.value = shown;
     this.box.style.width = `${Math.max(shown.length, 1)}ch`;
   }
 
-  wish() {
+  wish(wanted = this.box.value) {
     clearTimeout(this.due);
     this.due = null;
-    this.waits = this.box.value;
+    this.waits = wanted;
     said.textContent = '';
     if (!send({wish: {number: this.number.number, text: this.waits, turn}})) {
       said.textContent = `${this.number.name} is not changed: ${UNREACHABLE}`;
@@ -130,6 +151,14 @@ class Field {
     if (this.waits === shown) {
       this.waits = null;
       this.show(this.known);
+    }
+  }
+
+  // Have a truth value be the other one than it is, or will be.
+  toggle() {
+    if (this.kind === 'bool' && !this.box.readOnly) {
+      turn += 1;
+      this.wish(String((this.waits ?? this.known.value) !== 'true'));
     }
   }
 
@@ -148,7 +177,7 @@ class Field {
   }
 
   takeHold(event) {
-    if (event.button === 0 && document.activeElement !== this.box) {
+    if (this.kind === 'number' && event.button === 0 && document.activeElement !== this.box) {
       document.activeElement?.blur(); // one number is held at a time
       this.drag = {x: event.clientX, text: this.box.value, hasMoved: false};
       this.box.setPointerCapture(event.pointerId);
@@ -206,7 +235,7 @@ class Field {
   }
 
   press(event) {
-    const steps = {ArrowUp: 1, ArrowDown: -1}[event.key];
+    const steps = this.kind === 'number' && {ArrowUp: 1, ArrowDown: -1}[event.key];
     if (steps) {
       event.preventDefault();
       this.isTyped = false;
@@ -245,6 +274,7 @@ function showFiles() {
 
 function open(file) {
   opened = file;
+  showDiff(null);
   send({open: file});
   showOpened();
 }
@@ -283,9 +313,9 @@ function fill(parent, children, kept) {
 
 // The fields of the numbers of the document: those that are there already stay.
 function keepFields(numbers) {
-  const there = new Set(numbers.map(({number}) => number));
+  const there = new Map(numbers.map(({number, type}) => [number, kindOf(type)]));
   for (const [name, field] of fields) {
-    if (!there.has(name)) {
+    if (there.get(name) !== field.kind) {
       field.drop();
       fields.delete(name);
     }
@@ -348,8 +378,44 @@ function followSelected() {
   showSelected();
 }
 
+// Show what saving would write over the source; null for the source itself.
+function showDiff(shown) {
+  const isShown = shown?.file === opened;
+  const hadFocus = diff.contains(document.activeElement) || document.activeElement === save;
+  let [before, after] = [0, 0];
+  diff.replaceChildren(...(isShown ? shown.lines : []).map(([sign, content]) => {
+    before += sign === '+' ? 0 : 1;
+    after += sign === '-' ? 0 : 1;
+    const line = make('div', {className: 'line'}, make({'+': 'ins', '-': 'del'}[sign] ?? 'span', {}, sign + content));
+    line.dataset.line = sign === '+' ? after : before;
+    return line;
+  }));
+  diff.hidden = save.hidden = !isShown;
+  save.disabled = false;
+  text.inert = isShown;
+  show.setAttribute('aria-pressed', isShown);
+  if (isShown) {
+    diff.querySelector('del, ins').scrollIntoView({block: 'center'});
+    diff.scrollLeft = 0; // the signs are at the left
+  } else if (hadFocus) {
+    show.focus();
+  }
+}
+
+// Ask for something that concerns the open file.
+function ask(kind) {
+  said.textContent = send({[kind]: opened}) ? '' : UNREACHABLE;
+}
+
+show.addEventListener('click', () => diff.hidden ? ask('diff') : showDiff(null));
+save.addEventListener('click', () => {
+  save.disabled = true;
+  ask('save');
+});
+panel.addEventListener('keydown', event => event.key === 'Escape' && !diff.hidden && showDiff(null));
+
 function take(message) {
-  const {files, document: shown, selected, values = {}, decided, said: words, refused} = message;
+  const {files, document: shown, selected, values = {}, diff: changes, decided, said: words, refused} = message;
   if (shown !== undefined) {
     state.document = shown;
     showDocument();
@@ -368,6 +434,9 @@ function take(message) {
   if (decided !== undefined) {
     fields.get(decided.number)?.decided(decided.text);
   }
+  if (changes !== undefined) {
+    showDiff(changes);
+  }
   if (words ?? refused) {
     said.textContent = words ?? refused;
   }
@@ -377,6 +446,7 @@ function connect() {
   socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/source`);
   socket.onmessage = event => take(JSON.parse(event.data));
   socket.onclose = () => {
+    showDiff(null);
     setTimeout(connect, RECONNECTION);
     notes.replaceChildren(make('li', {}, UNREACHABLE));
   };
