@@ -81,27 +81,6 @@ rospy.spin()
 """
 
 
-KEPT = """
-import rospy
-from std_msgs.msg import Float64
-rospy.init_node('kept')
-gain, offset = 0.5, 0.25
-class Robot: target = 0.0
-def compute(event):
-    total = gain
-    for n in range(100000):
-        total = total * 0.99999 + offset * 0.00001
-    Robot.target = total
-def send(event):
-    pub.publish(Robot.target)
-pub = rospy.Publisher('kept', Float64, queue_size=1)
-compute(None)
-rospy.Timer(rospy.Duration(0.25), compute)
-rospy.Timer(rospy.Duration(0.05), send)
-rospy.spin()
-"""
-
-
 class Machine:
     """A processor that takes some seconds for an operation of the program, and more for recording it."""
 
@@ -356,30 +335,6 @@ def test_a_heavy_topic_is_asked_for_by_each_command(master, tmp_path, size):
             assert 'gain' in command('echo', '-n', '1', '/asked')
             assert 'gain' in command('explain', '/asked/data')
         assert 'gain' in command('force', '/asked/data', '0.75')
-
-
-def test_what_another_timer_computes_and_keeps_is_asked_for(master, tmp_path):
-    with Unmodified(tmp_path, 'kept', KEPT.lstrip()), Listener('kept', Float64):
-        every = []
-        subscriber = rosslt.Subscriber('kept', Float64, every.append)
-        for _ in range(2):
-            assert 'gain' in command('explain', '/kept/data')
-        subscriber.unregister()
-    assert all(values.is_tracked(message.data) for message in every)
-
-
-def test_what_is_recorded_for_long_needs_no_doubt(started):
-    machine = Machine(own=0.25 * OPERATION)
-    budget = started(machine)
-    assert budget.is_settled()
-    while not budget.stops % 2 or budget.is_settled():
-        machine.compute(0.01)
-        budget.begin_round('a publisher')
-    budget.ask('another one')
-    budget.begin_round('a publisher')
-    assert not budget.is_settled()
-    machine.compute(0.3)
-    assert budget.is_settled()
 
 
 def command(*arguments):

@@ -31,10 +31,6 @@ MOST_OF_ROUND = 1.0
 ASKED = 2.0
 """The CPU time in seconds that recording may take once somebody has asked, whatever is owed: two rounds of a second."""
 
-UNSETTLED = 3.0
-"""The time in seconds, after recording has begun again, in which a message may still hold what was computed before and
-kept, if less than `MOST_OF_ROUND` was recorded."""
-
 GIVEN_UP = 10 * MOST_OF_ROUND
 """The CPU time in seconds of recording in which no publisher is waited for that was in vain: a tenth is for these."""
 
@@ -75,7 +71,6 @@ class Budget:
         self._starved: Set[object] = set()  # those that have sent a sampled message, and no whole one since
         self._given_up: Set[object] = set()  # those that are not waited for until `spent` is:
         self._given_up_until = 0.0
-        self._began = 0.0, 0.0  # recording, this time: what was spent before, and when
         self._lock = threading.RLock()  # recording something while it is held comes here again
         self._clock, self._wall_clock = clock, wall_clock
         self._since, self._wall_since = clock(), wall_clock()
@@ -103,7 +98,6 @@ class Budget:
                 if self._asked or not self._debt:
                     self.stops += 1
                     self._met = {publisher}
-                    self._began = self.spent, self._wall_since
                     values.allow(_GRANT)
             elif self.stops and publisher not in self._met:
                 self._met.add(publisher)
@@ -118,11 +112,6 @@ class Budget:
     def is_recorded(self, stops: int) -> bool:
         """Return whether all was recorded since `stops` was that number."""
         return stops == self.stops and not stops % 2 and self._is_on
-
-    def is_settled(self) -> bool:
-        """Return whether what the node keeps was probably recorded, too: another timer or callback may compute it."""
-        spent, at = self._began
-        return not self.stops or self.spent - spent >= MOST_OF_ROUND or self._wall_clock() - at >= UNSETTLED
 
     def ask(self, asked: object) -> None:
         """Record from the next round on, whatever the debt, until the asked publisher has answered."""

@@ -38,7 +38,6 @@ class Publisher(node.Publisher):
 
     _look_again = 0.0
     _asked: Any = None
-    _has_had_sources = False
     _rounds: Dict[int, _Round]
     _last_round: _Round
 
@@ -84,15 +83,12 @@ class Publisher(node.Publisher):
 
     @property
     def _is_recorded(self) -> bool:
-        return self._round.is_recorded and (not self._has_had_sources or BUDGET.is_settled())
+        return self._round.is_recorded
 
     def _provenance(self, message: messages.Message) -> bytes:
         own = self._round
         provenance = super()._provenance(message) if own.is_recorded else messages.SAMPLED
-        if not provenance and self._has_had_sources and not BUDGET.is_settled():
-            provenance = messages.SAMPLED  # it may have been computed by another timer or callback, and kept
         own.is_known = provenance != messages.SAMPLED
-        self._has_had_sources |= bool(provenance) and own.is_known
         return provenance
 
 
