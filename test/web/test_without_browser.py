@@ -161,6 +161,8 @@ for visitor in visitors:
     visitor.file = str(file)
     edit = files.Edit(str(file), files.digest_of(b'x = 1.5'), 4, 7, b'1.5', b'2.5', 'x')
     visitor.offer = saving.Offer([], [edit], [], [])
+with mock.patch('rosslt.node.changes_to_save', return_value=([edit], [])):
+    print(saving.offer(str(file), [place]).lines)
 for visitor in visitors:
     says(visitor, {'save': str(file)})
 print(file.read_text())
@@ -171,6 +173,9 @@ panel._take(visitors[0], json.dumps({'wish': {'number': '/n 1', 'text': '\ud800'
 print(visitors[0].to_say.pop()['said'].isascii(), locations.wish.called)
 visitors[0].to_say.clear()
 says(visitors[0], b'{"hover": "\xff"}')
+place.location.value = '5'
+panel._take(visitors[0], json.dumps({'wish': {'number': '/n 1', 'text': 'b', 'turn': 1}}))
+print([*visitors[0].to_say], locations.wish.call_args[0][1].value)
 locations.wait_for_wishes.side_effect = ValueError('of something within')
 says(visitors[0], {'diff': str(file)})
 """
@@ -279,7 +284,8 @@ def test_a_number_that_would_be_typed_as_another_one_is_not_marked():
 
 
 def test_one_diff_is_saved_once_and_what_fails_ends_no_connection():
-    said = printed(VISITORS).split('\n')
+    shown, *said = printed(VISITORS).split('\n')
+    assert shown == "[('-', 'x = 1.5'), ('+', 'x = 2.5')]"
     assert said[0] == 'saved in n.py'
     assert said[1].startswith('nothing is written: ')
     assert said[1].endswith('it was edited at this moment; try again')
@@ -287,7 +293,7 @@ def test_one_diff_is_saved_once_and_what_fails_ends_no_connection():
     assert said[4:7] == ['no location stands in this file'] * 3
     assert said[7] == 'True False'
     assert said[8].startswith('this is not JSON: ')
-    assert said[9:] == ['this has failed; the log of `rosslt web` says why']
+    assert said[9:] == ['[] b', 'this has failed; the log of `rosslt web` says why']
 
 
 def test_the_hint_of_a_parameter_says_where_it_is_given():

@@ -334,7 +334,8 @@ def _why_fixed(place: Place) -> str:
         return str(location.fault or location.locked)
     if place.read_only:
         return 'it takes no change'
-    has_lines = location.type == 'str' and documents.NEWLINE.search(place.value)
+    # A parameter that has just got a value of another kind is reported with its new type later.
+    has_lines = isinstance(place.value, str) and documents.NEWLINE.search(place.value)
     return 'a text of several lines is not typed here' if has_lines else ''
 
 
