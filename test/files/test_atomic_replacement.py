@@ -31,6 +31,16 @@ def system(request, monkeypatch):
 def test_a_file_that_cannot_be_read_says_why(path):
     with pytest.raises(FileError, match='cannot be read: No such file'):
         files.read_bytes(str(path) + '.none')
+    with pytest.raises(FileError, match='cannot be read: Is a directory'):
+        files.read_bytes(str(path.parent))
+
+
+def test_a_pipe_or_a_device_is_not_read_as_that_may_take_forever(tmp_path):
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(str(pipe))
+    for one in (str(pipe), '/dev/zero'):
+        with pytest.raises(FileError, match='it is a pipe or a device'):
+            files.read_bytes(one)
 
 
 @pytest.mark.usefixtures('system')

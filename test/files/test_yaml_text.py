@@ -87,6 +87,8 @@ def test_whatever_stands_there_is_rewritten_where_it_is_not_said_what_stood_ther
 def test_a_file_that_is_no_yaml_is_refused():
     with pytest.raises(FileError, match=r'a\.yaml: it cannot be read'):
         yaml_edits('a.yaml', b'a: [1,\n', [])
+    with pytest.raises(FileError, match=r'a\.yaml: it cannot be read: maximum recursion depth'):
+        yaml_edits('a.yaml', b'[' * 10000 + b']' * 10000, [])
 
 
 def test_a_text_that_somebody_has_edited_or_that_is_used_twice_is_left():

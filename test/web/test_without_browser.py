@@ -106,6 +106,80 @@ for mark in document.marks.values():
 print(*document.notes, sep='\n')
 """
 
+#: Numbers whose digits say another number in decimal, or in another unit, and some that look so.
+NOT_DECIMAL = r"""
+import json
+
+import rosparam
+import yaml
+
+from rosslt import msg
+from rosslt.node import Place
+from rosslt.web import documents
+
+content = 'octal: 010\nturned: !degrees 45\nnamed: !degrees &a 45\ndeg: deg(45)\nhex: 0x10\nlong: 1_000\ntext: "010"'
+said = yaml.safe_load(content)
+origins = {'/n/' + name: {'file': '/n.yaml', 'path': [name], 'said': value} for name, value in said.items()}
+places = [
+    Place('/n', msg.Location(id=at, name='/n/' + name, value=json.dumps(value), file='/n.py'))
+    for at, (name, value) in enumerate(said.items())
+]
+document, _ = documents.read('/n.yaml', content.encode(), places, origins)
+print([mark.token for mark in document.marks.values()])
+print(*document.notes, sep='\n')
+"""
+
+#: What is said to two visitors who save the same, and to one who sends what is not taken, or what fails.
+VISITORS = r"""
+import contextlib
+import json
+import pathlib
+import tempfile
+from unittest import mock
+
+from rosslt import files, msg
+from rosslt.node import Place
+from rosslt.web import saving
+from rosslt.web.source_panel import SourcePanel, Visitor
+
+file = pathlib.Path(tempfile.mkdtemp()) / 'n.py'
+file.write_bytes(b'x = 1.5')
+other = file.with_name('other.py')
+other.symlink_to(file)
+place = Place('/n', msg.Location(id=1, name='x', type='str', value='"a"', file=str(file)))
+locations = mock.MagicMock(origins={})
+locations.places.return_value = {'/n': [place]}
+panel = SourcePanel(contextlib.nullcontext(True), locations)
+visitors = [Visitor('one'), Visitor('other')]
+
+def says(visitor, message):
+    panel._take(visitor, message if isinstance(message, bytes) else json.dumps(message))
+    print(*(one.get('refused') or one['said'].replace(str(file), 'n.py') for one in visitor.to_say))
+    visitor.to_say.clear()
+
+for visitor in visitors:
+    visitor.file = str(file)
+    edit = files.Edit(str(file), files.digest_of(b'x = 1.5'), 4, 7, b'1.5', b'2.5', 'x')
+    visitor.offer = saving.Offer([], [edit], [], [])
+with mock.patch('rosslt.node.changes_to_save', return_value=([edit], [])):
+    print(saving.offer(str(file), [place]).lines)
+for visitor in visitors:
+    says(visitor, {'save': str(file)})
+print(file.read_text())
+says(visitors[0], {'save': str(file)})
+for name in (str(other), f'{file.parent}/./n.py', str(file) + '\0'):
+    says(visitors[0], {'open': name})
+panel._take(visitors[0], json.dumps({'wish': {'number': '/n 1', 'text': '\ud800', 'turn': 1}}))
+print(visitors[0].to_say.pop()['said'].isascii(), locations.wish.called)
+visitors[0].to_say.clear()
+says(visitors[0], b'{"hover": "\xff"}')
+place.location.value = '5'
+panel._take(visitors[0], json.dumps({'wish': {'number': '/n 1', 'text': 'b', 'turn': 1}}))
+print([*visitors[0].to_say], locations.wish.call_args[0][1].value)
+locations.wait_for_wishes.side_effect = ValueError('of something within')
+says(visitors[0], {'diff': str(file)})
+"""
+
 #: What is selected as two clients click on things, and beside them.
 CLICKS = """
 import asyncio
@@ -199,6 +273,27 @@ def test_parameters_are_marked_where_their_file_gives_them_or_named():
         'not marked are /n/~edited: the file has changed since it was loaded, or says no single value there',
         'not marked are /n/~arg: it stands in /n.yaml through a substitution',
     ]
+
+
+def test_a_number_that_would_be_typed_as_another_one_is_not_marked():
+    assert printed(NOT_DECIMAL).split('\n') == [
+        "['deg(45)', '0x10', '1_000', '010']",
+        'not marked are /n/~octal: it is not written as a decimal number',
+        'not marked are /n/~turned, /n/~named: it is written in degrees, and the value is in radians',
+    ]
+
+
+def test_one_diff_is_saved_once_and_what_fails_ends_no_connection():
+    shown, *said = printed(VISITORS).split('\n')
+    assert shown == "[('-', 'x = 1.5'), ('+', 'x = 2.5')]"
+    assert said[0] == 'saved in n.py'
+    assert said[1].startswith('nothing is written: ')
+    assert said[1].endswith('it was edited at this moment; try again')
+    assert said[2:4] == ['x = 2.5', 'there is no diff to save']
+    assert said[4:7] == ['no location stands in this file'] * 3
+    assert said[7] == 'True False'
+    assert said[8].startswith('this is not JSON: ')
+    assert said[9:] == ['[] b', 'this has failed; the log of `rosslt web` says why']
 
 
 def test_the_hint_of_a_parameter_says_where_it_is_given():

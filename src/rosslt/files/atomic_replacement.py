@@ -38,9 +38,12 @@ def read_bytes(path: str) -> bytes:
     """The content of a file.
 
     Raises:
-        FileError: it is not there, or cannot be read.
+        FileError: it is not there, cannot be read, or is a pipe or a device, which may keep its reader waiting.
     """
     try:
+        mode = os.stat(path).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            raise FileError(path, None, None, 'it cannot be read: it is a pipe or a device')
         with open(path, 'rb') as file:
             return file.read()
     except OSError as error:

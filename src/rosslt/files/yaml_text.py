@@ -97,7 +97,7 @@ def _composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
     try:
         text = content.decode('utf-8')
         return text, yaml.compose(text, Loader=yaml.SafeLoader)
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
+    except (UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise FileError(file, None, None, f'it cannot be read: {error}') from None
 
 

@@ -5,13 +5,16 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 
 from rosslt import files, node, srv
 from rosslt.node import Place
-from rosslt.web.locations import TIMEOUT, Key
+from rosslt.web.locations import TIMEOUT, Key, number_said
 
 #: {full name of a parameter: where it is given}, as `rosslt launch` has noted it.
 Origins = Mapping[str, Any]
 
 #: The ends of lines, as browsers and Python see them.
 NEWLINE = re.compile(r'\r\n|\r|\n')
+
+#: What stands in front of an angle that is written in degrees.
+DEGREES = re.compile(r'!degrees\s+(?:&\S+\s+)?$')
 
 #: A text in quotes.
 QUOTED = re.compile(r'[uUrR]?("""|\'\'\'|"|\')(.*)\1')
@@ -112,9 +115,29 @@ def _given_in(file: str, content: bytes, given: Sequence[Tuple[Place, Any]]) -> 
             reasons.setdefault('it is written in several lines', []).append(place.name)
             continue
         before = content[: stand.start].decode('utf-8', 'replace')
+        reason = _why_not_typed(before, token, stand.value)
+        if reason:
+            reasons.setdefault(reason, []).append(place.name)
+            continue
         line, column = len(NEWLINE.findall(before)) + 1, len(NEWLINE.split(before)[-1]) + 1
         marks[key_of(place)] = _mark(line, column, token, stand.value)
     return Document(text, marks, [f'not marked are {", ".join(names)}: {why}' for why, names in reasons.items()])
+
+
+def _why_not_typed(before: str, token: str, value: object) -> str:
+    """Why no number is typed in the place of one, as it would be taken for another one there; '' if one is.
+
+    Args:
+        before: the text in front of it.
+        token: how it is written.
+        value: what that reads as.
+    """
+    if type(value) not in (int, float):
+        return ''
+    if DEGREES.search(before):
+        return 'it is written in degrees, and the value is in radians'
+    number = number_said(token.replace('_', ''))
+    return '' if number is None or number == value else 'it is not written as a decimal number'
 
 
 def _mark(line: int, column: int, token: str, value: Any) -> Mark:

@@ -177,7 +177,8 @@ def _origins() -> Dict[str, Dict[str, Any]]:
 def value_in(place: Place, text: str) -> Tuple[Any, str]:
     """The value that a text says for a location: (value, ''), or (None, why it is none that the location takes)."""
     if place.location.type == 'str':
-        return text, ''
+        is_unicode = not any('\ud800' <= one <= '\udfff' for one in text)
+        return (text, '') if is_unicode else (None, f'{reprlib.repr(text)} holds half a surrogate pair')
     if place.location.type == 'bool':
         value = {'true': True, 'false': False}.get(text)
         return value, '' if value is not None else f'{reprlib.repr(text)} is neither true nor false'
@@ -186,7 +187,7 @@ def value_in(place: Place, text: str) -> Tuple[Any, str]:
 
 def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:
     """The number that a text says for a location: (number, ''), or (None, why it is none that the location takes)."""
-    value = _number(text)
+    value = number_said(text)
     if value is None:
         return None, f'{reprlib.repr(text)} is not a number'
     if isinstance(value, float) and math.isinf(value):
@@ -195,7 +196,7 @@ def number_in(place: Place, text: str) -> Tuple[Union[int, float, None], str]:
     return (None, f'{text!r} is not an int: {why}') if why else (value, '')
 
 
-def _number(text: str) -> Union[int, float, None]:
+def number_said(text: str) -> Union[int, float, None]:
     """The number that a text says, infinite if it is too large; None if it says none."""
     with contextlib.suppress(ValueError):
         return int(text)

@@ -68,7 +68,7 @@ def write(offered: Offer) -> str:
 
 
 def _lines(edits: Sequence[files.Edit]) -> List[Tuple[str, str]]:
-    """All lines of the file that edits are of, with those that they write."""
+    """All lines of the file that edits are of, with those that they write; not the note that a last one has no end."""
     diff = files.unified_diff(edits, context=sys.maxsize).encode('utf-8', 'surrogateescape').decode('utf-8', 'replace')
     head_and_lines = diff.split('\n')
-    return [(line[0], line[1:].rstrip('\r')) for line in head_and_lines[3:-1]]
+    return [(line[0], line[1:].rstrip('\r')) for line in head_and_lines[3:-1] if line[0] != '\\']

@@ -232,15 +232,20 @@ class SourcePanel:
         """Do what a browser wants, or say why not."""
         takes = {'open': self._open, 'hover': self._hover, 'wish': self._wish, 'diff': self._diff, 'save': self._save}
         try:
-            message = json.loads(text)
+            try:
+                message = json.loads(text)
+            except (ValueError, RecursionError) as error:
+                raise BadMessage(f'this is not JSON: {error}') from None
             if not isinstance(message, dict) or len(message) != 1 or not takes.keys() >= message.keys():
                 raise BadMessage(f'a message is an object with one of {", ".join(takes)}')
             ((kind, content),) = message.items()
             takes[kind](visitor, content)
-        except (ValueError, RecursionError) as error:
-            visitor.to_say.append({'refused': f'this is not JSON: {error}'})
         except BadMessage as error:
             visitor.to_say.append({'refused': str(error)})
+        except Exception:  # others go on using the connection
+            visitor.to_say.append({'refused': 'this has failed; the log of `rosslt web` says why'})
+            with contained('what somebody does in the source has failed'):
+                raise
 
     def _open(self, visitor: Visitor, file: Any) -> None:
         """Open a file that a location stands in."""
@@ -329,7 +334,8 @@ def _why_fixed(place: Place) -> str:
         return str(location.fault or location.locked)
     if place.read_only:
         return 'it takes no change'
-    has_lines = location.type == 'str' and documents.NEWLINE.search(place.value)
+    # A parameter that has just got a value of another kind is reported with its new type later.
+    has_lines = isinstance(place.value, str) and documents.NEWLINE.search(place.value)
     return 'a text of several lines is not typed here' if has_lines else ''
 
 
