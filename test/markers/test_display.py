@@ -332,8 +332,8 @@ def test_every_entry_of_a_menu_may_be_reported():
         drags=Harmless(),
         scene=scene,
         descriptions=Harmless(),
-        is_kept=lambda _name: False,
-        set_kept=lambda *_: None,
+        is_in_place=lambda _name: False,
+        set_in_place=lambda *_: None,
     )
     server, menu = Inserted(), Menu([('all', None, True), ('x', SOURCE, False)], True, [('x', SOURCE)], False)
     Menus(offers, lambda _name: None, set(), Selection(shows_all=False)).add(server, 'thing', menu)

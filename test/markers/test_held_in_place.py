@@ -135,7 +135,7 @@ def arm(monkeypatch):
 
 def test_joints_before_a_link_that_is_held_in_place_stay(arm):
     x, y, *_ = arm.handle('hand').pose
-    arm.drags.kept.add('/joints:link l2')
+    arm.drags.in_place.add('/joints:link l2')
     there = arm.pull('hand', x - 0.2, y - 0.1)
     assert there[:2] == pytest.approx((x - 0.2, y - 0.1), abs=2e-3)
     assert arm.angles[:2] == pytest.approx(ANGLES[:2], abs=1e-5)
@@ -149,7 +149,7 @@ def test_without_it_one_of_them_moves(arm):
 
 
 def test_a_link_in_place_stays_if_the_pull_goes_too_far(arm):
-    arm.drags.kept.add('/joints:link l2')
+    arm.drags.in_place.add('/joints:link l2')
     held, (x, y, *_) = arm.handle('l2').pose, arm.handle('l3').pose
     there = arm.pull('hand', 10.0, 0.0)
     assert arm.handle('l2').pose == pytest.approx(held, abs=1e-4)
@@ -158,34 +158,34 @@ def test_a_link_in_place_stays_if_the_pull_goes_too_far(arm):
 
 
 def test_a_thing_that_is_held_in_place_can_be_dragged_itself(arm):
-    arm.drags.kept.add('/joints:link l3')
+    arm.drags.in_place.add('/joints:link l3')
     x, y, *_ = arm.handle('l3').pose
     assert arm.pull('l3', x - 0.1, y)[:2] == pytest.approx((x - 0.1, y), abs=2e-3)
 
 
 def test_what_is_held_in_place_and_gone_holds_nothing(arm):
-    arm.drags.kept.add('/nothing')
+    arm.drags.in_place.add('/nothing')
     there = math.cos(0.5), math.sin(0.5)
     assert arm.pull('l2', *there)[:2] == pytest.approx(there, abs=2e-3)
 
 
 def test_what_stays_only_along_a_curve_stays_as_the_hand_moves(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/sum': a + b, '/product': a * b})
-    points.drags.kept.add('/product')
+    points.drags.in_place.add('/product')
     points.pull('/sum', 5.1, 5.3, 5.7)
     assert points.x('/product') == pytest.approx(6.0, abs=1e-3)
 
 
 def test_its_numbers_stay_round(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.2999)
     assert points.numbers == [2.0, 3.3]
 
 
 def test_a_number_does_not_move_a_bit_if_it_is_pulled_in_vain(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a, '/b': a, '/c': b})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     assert points.drags.hold('/a')
     assert points.drags.move('/a', 'world', (3.0, *points.scene.handle('/a').pose[1:]))
     wait_until(lambda: any('/b is held in place' in text for text in points.said()), 'it is said')
@@ -194,7 +194,7 @@ def test_a_number_does_not_move_a_bit_if_it_is_pulled_in_vain(monkeypatch):
 
 def test_numbers_of_the_thing_in_place_alone_do_not_change(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0, 4.0], lambda a, b, c: {'/a': a + b, '/b': a + c})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.5)
     assert points.numbers == [2.0, 3.5, 4.0]
 
@@ -202,14 +202,14 @@ def test_numbers_of_the_thing_in_place_alone_do_not_change(monkeypatch):
 def test_what_its_node_moves_holds_no_hand_back(monkeypatch):
     moved = itertools.count()
     points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a + float(next(moved))})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.1, 5.2, 5.3)
     assert points.numbers == [2.0, 3.3]
 
 
 def test_what_has_gone_to_another_frame_holds_no_hand_back(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0], lambda a, b: {'/a': a + b, '/b': a})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.1)
     points.given = lambda a, b: {'/a': a + b, '/b': (a + 7.0, 'map')}
     points.pull('/a', 5.2, 5.3)
@@ -218,7 +218,7 @@ def test_what_has_gone_to_another_frame_holds_no_hand_back(monkeypatch):
 
 def test_what_has_left_for_other_numbers_holds_no_hand_back(monkeypatch):
     points = Points(monkeypatch, [2.0, 3.0, 9.0], lambda a, b, c: {'/a': a + b, '/b': a})
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.1)
     points.given = lambda a, b, c: {'/a': a + b, '/b': b + c}
     points.pull('/a', 5.2, 5.3)
@@ -230,6 +230,6 @@ def test_what_is_computed_in_another_way_by_then_stays(monkeypatch):
         return {'/a': a + b, '/b': a * b if b < 3.05 else 2.0 * a * b - 6.0}
 
     points = Points(monkeypatch, [2.0, 3.0], given)
-    points.drags.kept.add('/b')
+    points.drags.in_place.add('/b')
     points.pull('/a', 5.1, 5.3, 5.5)
     assert points.x('/b') == pytest.approx(6.0, abs=2e-3)

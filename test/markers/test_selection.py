@@ -89,7 +89,7 @@ class Hands(Drags):
     """Hands that change no source: a thing that is let go is where it was."""
 
     def __init__(self, scene):
-        self._scene, self.chosen, self.kept = scene, {}, set()
+        self._scene, self.chosen, self.in_place = scene, {}, set()
 
     def hold(self, name, *_):
         self._scene.hold(name)
@@ -138,6 +138,14 @@ class View:
     def click(self, name):
         self.report(name, InteractiveMarkerFeedback.MOUSE_DOWN)
         self.report(name, InteractiveMarkerFeedback.MOUSE_UP)
+
+    def choose(self, name, title):
+        """Choose the entry of a menu whose title has this; returns the titles of all entries then."""
+        drawn = self.server.markers['/topic:' + name]
+        (entry,) = [entry for entry in drawn.menu_entries if title in entry.title]
+        self.server.menus[drawn.name](InteractiveMarkerFeedback(marker_name=drawn.name, menu_entry_id=entry.id))
+        self.display.apply()
+        return [entry.title for entry in self.server.markers[drawn.name].menu_entries]
 
     def controls(self, name):
         return {control.name: control for control in self.server.markers['/topic:' + name].controls}
@@ -481,19 +489,12 @@ def test_the_menu_shows_all_handles_and_hides_them_again():
     line.scale.x = tracked(0.1, 104)
     view.take(line, pan_tilt(tracked(0.0, 1)), *cubes(FEW))
 
-    def toggle():
-        drawn = view.server.markers['/topic:cube0:0']
-        (entry,) = [entry for entry in drawn.menu_entries if 'Show all handles' in entry.title]
-        view.server.menus[drawn.name](InteractiveMarkerFeedback(marker_name=drawn.name, menu_entry_id=entry.id))
-        view.display.apply()
-        return [entry.title for entry in view.server.markers[drawn.name].menu_entries]
-
     before = view.names()
-    assert '[x] Show all handles' in toggle()
+    assert '[x] Show all handles' in view.choose('cube0:0', 'Show all handles')
     assert view.names() == before | {'line:0:scale.x'}
     assert {'move_x', 'rotate_x'} < set(view.controls('line:0')), 'those of fillers, too'
     assert set(view.controls('camera:0')) == {'body', 'rotate_x', 'rotate_y', 'rotate_z'}
-    assert '[ ] Show all handles' in toggle()
+    assert '[ ] Show all handles' in view.choose('cube0:0', 'Show all handles')
     assert view.names() == before
     assert not view.with_arrows()
 
@@ -502,17 +503,10 @@ def test_the_menu_holds_a_thing_in_place_and_lets_it_go_again():
     view = View()
     view.take(*cubes(2))
 
-    def toggle():
-        drawn = view.server.markers['/topic:cube0:0']
-        (entry,) = [entry for entry in drawn.menu_entries if 'Hold in place' in entry.title]
-        view.server.menus[drawn.name](InteractiveMarkerFeedback(marker_name=drawn.name, menu_entry_id=entry.id))
-        view.display.apply()
-        return [entry.title for entry in view.server.markers[drawn.name].menu_entries]
-
-    assert '[x] Hold in place while others are dragged' in toggle()
-    assert view.hands.kept == {'/topic:cube0:0'}
-    assert '[ ] Hold in place while others are dragged' in toggle()
-    assert not view.hands.kept
+    assert '[x] Hold in place while others are dragged' in view.choose('cube0:0', 'Hold in place')
+    assert view.hands.in_place == {'/topic:cube0:0'}
+    assert '[ ] Hold in place while others are dragged' in view.choose('cube0:0', 'Hold in place')
+    assert not view.hands.in_place
 
 
 def test_all_handles_are_shown_from_the_start_if_that_is_chosen():

@@ -8,7 +8,7 @@ import yaml
 from rosslt.files import rows
 from rosslt.files.errors import FileError
 from rosslt.files.python_source import Edit, digest_of
-from rosslt.files.yaml_text import PROPERTIES
+from rosslt.files.yaml_text import PROPERTIES, composed
 
 _Path = Sequence[Union[str, int]]
 
@@ -49,7 +49,7 @@ def yaml_row_edits(file: str, content: bytes, path: _Path, operation: str) -> Tu
         ValueError: there is no such operation.
     """
     rows.check_operation(operation)
-    text, root = _composed(file, content)
+    text, root = composed(file, content)
     found = _row_at(file, text, root, path)
     row = _rows_of(file, text, found)
     changed = rows.after(row, operation)
@@ -57,7 +57,7 @@ def yaml_row_edits(file: str, content: bytes, path: _Path, operation: str) -> Tu
     rows.operate(found.sequence.value, found.position, operation)
     made = changed.encode('utf-8')
     try:
-        is_same = list(_said(_composed(file, made)[1])) == list(_said(root))
+        is_same = list(_said(composed(file, made)[1])) == list(_said(root))
     except FileError:
         is_same = False
     if not is_same:
@@ -65,14 +65,6 @@ def yaml_row_edits(file: str, content: bytes, path: _Path, operation: str) -> Tu
     start, end, new = rows.difference(text, changed)
     first, last = (len(text[:place].encode('utf-8')) for place in (start, end))
     return [Edit(file, digest_of(content), first, last, content[first:last], new.encode('utf-8'))], found.depth
-
-
-def _composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
-    try:
-        text = content.decode('utf-8')
-        return text, yaml.compose(text, Loader=yaml.SafeLoader)
-    except (UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-        raise FileError(file, None, None, f'it cannot be read: {error}') from None
 
 
 def _row_at(file: str, text: str, root: Any, path: _Path) -> _Found:

@@ -44,7 +44,7 @@ def yaml_edits(file: str, content: bytes, changes: Sequence[YamlChange]) -> Tupl
     Raises:
         FileError: the file is no YAML, or not in UTF-8.
     """
-    text, root = _composed(file, content)
+    text, root = composed(file, content)
     uses: Counter = Counter()
     _count_uses(root, uses)
     edits, left = [], []
@@ -80,7 +80,7 @@ def yaml_places(file: str, content: bytes, paths: Sequence[_Path]) -> List[Optio
     Raises:
         FileError: the file is no YAML, or not in UTF-8.
     """
-    text, root = _composed(file, content)
+    text, root = composed(file, content)
     found: List[Optional[Standing]] = []
     for path in paths:
         try:
@@ -92,7 +92,7 @@ def yaml_places(file: str, content: bytes, paths: Sequence[_Path]) -> List[Optio
     return found
 
 
-def _composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
+def composed(file: str, content: bytes) -> Tuple[str, yaml.Node]:
     """The text of a YAML file, and the root of its document."""
     try:
         text = content.decode('utf-8')

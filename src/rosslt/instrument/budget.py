@@ -3,10 +3,11 @@ core.
 
 What recording takes is owed to both; the one debt is paid by the CPU time that the node takes otherwise, the other one
 as time passes. A round of a publisher or a service ends with its message. If both have passed `MOST` at the end of a
-round, or `MOST_OF_ROUND` within one, recording stops: results are plain. It begins again with the next round, once one
-of them is paid. A publisher whose round was not recorded as a whole sends sampled messages. So that each publisher of a
-node has whole rounds, recording goes on until each one that has sent a sampled message has had a whole one, too. Those
-that come to none within `MOST_OF_ROUND` more are not waited for while `GIVEN_UP` is recorded.
+round, or `MOST_OF_ROUND` within one (`MOST_AT_FIRST` before all), recording stops: results are plain. It begins again
+with the next round, once one of them is paid. A publisher whose round was not recorded as a whole sends sampled
+messages. So that each publisher of a node has whole rounds, recording goes on until each one that has sent a sampled
+message has had a whole one, too. Those that come to none within `MOST_OF_ROUND` more are not waited for while
+`GIVEN_UP` is recorded.
 
 Requests are answered at once: after a publisher was made, after a change, and after somebody has subscribed, recording
 goes on until a message was recorded as a whole, for `ASKED` at most. That adds to the debt like all recording.
@@ -27,6 +28,9 @@ MOST = 0.1
 
 MOST_OF_ROUND = 1.0
 """The CPU time in seconds by which recording may be ahead within a round."""
+
+MOST_AT_FIRST = 0.25
+"""The same before the first round: a program may send nothing at all."""
 
 ASKED = 2.0
 """The CPU time in seconds that recording may take once somebody has asked, whatever is owed: two rounds of a second."""
@@ -65,7 +69,7 @@ class Budget:
         self.spent = 0.0
         self.lines: Counter = Counter()
         self._owed_to_node = self._owed_to_core = 0.0
-        self._most = MOST_OF_ROUND
+        self._most = MOST_AT_FIRST
         self._asked: Set[object] = set()
         self._met: Set[object] = set()  # the publishers that have ended a round since recording has begun
         self._starved: Set[object] = set()  # those that have sent a sampled message, and no whole one since
@@ -88,6 +92,7 @@ class Budget:
             publisher: the one that has sent a message, with its thread, or the service that answers.
         """
         with self._lock:
+            self._most = max(self._most, MOST_OF_ROUND)
             is_on = self._is_on
             if self.stops % 2 == is_on:  # threads were stopping and refilling at once
                 self.stops += 1

@@ -118,17 +118,17 @@ class Offers(NamedTuple):
         if handle is not None:
             self.scene.say(handle, text)
 
-    def is_kept(self, name: str) -> bool:
+    def is_in_place(self, name: str) -> bool:
         """True if a thing is held in place while others are dragged."""
-        return name in self.drags.kept
+        return name in self.drags.in_place
 
-    def set_kept(self, name: str, is_kept: bool) -> None:
+    def set_in_place(self, name: str, is_in_place: bool) -> None:
         """Hold a thing in place while others are dragged, from their next drag on, or no more.
 
         Args:
             name: of the handle.
         """
-        (self.drags.kept.add if is_kept else self.drags.kept.discard)(name)
+        (self.drags.in_place.add if is_in_place else self.drags.in_place.discard)(name)
 
     def can_be_free(self, handle: Handle) -> bool:
         """True if a body can move in all three directions, and so in the plane of the screen too."""

@@ -111,8 +111,8 @@ class Details:
             (self._things.free.add if box.value else self._things.free.discard)(name)
 
     def _add_hold(self, client: viser.ClientHandle, name: str) -> None:
-        box = client.gui.add_checkbox(HOLD, self._offers.is_kept(name))
-        box.on_update(lambda event: self._offers.set_kept(name, event.target.value))
+        box = client.gui.add_checkbox(HOLD, self._offers.is_in_place(name))
+        box.on_update(lambda event: self._offers.set_in_place(name, event.target.value))
 
     def _add_row(self, client: viser.ClientHandle, name: str, row: values.Source, label: str) -> None:
         buttons = client.gui.add_button_group(label, list(ROW_OPERATIONS))

@@ -56,7 +56,7 @@ def plan(
     thing: Optional[Sequence[Any]] = None,
     shared: Sequence[Collection[values.Source]] = (),
     limited: Sequence[Limited] = (),
-    kept: Tuple[Sequence[Any], Sequence[float]] = ((), ()),
+    in_place: Tuple[Sequence[Any], Sequence[float]] = ((), ()),
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -74,13 +74,13 @@ def plan(
         thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
         shared: of each of these, as of `Directory.held`.
         limited: numbers that are to stay within limits, as far as bounds of sources say so.
-        kept: tracked values that are to stay, each `FIRMNESS` times as firmly as the others go, and where they are.
+        in_place: tracked values that are to stay, each `FIRMNESS` times as firmly as the others go, and where they are.
 
     Raises:
         values.NotInvertible: the sources cannot bring the values any nearer.
     """
-    tracked, targets = [*tracked, *kept[0]], [*targets, *kept[1]]
-    firmness = [1.0] * (len(tracked) - len(kept[0])) + [FIRMNESS] * len(kept[0])
+    tracked, targets = [*tracked, *in_place[0]], [*targets, *in_place[1]]
+    firmness = [1.0] * (len(tracked) - len(in_place[0])) + [FIRMNESS] * len(in_place[0])
     here = last or values.source_values(tracked)
     if began:
         tracked = values.reapply(list(tracked), began)

@@ -23,7 +23,7 @@ class Drag:
     Attributes:
         held: the sources of the thing that the hand has taken hold of. It changes no others.
         chosen: those of them that a person has chosen. If there are any, it changes these alone.
-        kept: {name: (thing, its pose)} of things that are to stay in place, and share sources with it: as the last
+        in_place: {name: (thing, its pose)} of things that are to stay in place, and share sources with it: as the last
             message has each while it has its frame and its sources, and where it is to stay.
         shared: of each number of the thing, the sources that moved other things as well.
         pose: where the hand has it now.
@@ -52,7 +52,7 @@ class Drag:
         self.handle, self.request, self.hand = handle, node.ChangeRequest(timeout), hand
         self.held: Set[values.Source] = set(values.sources(list(handle.tracked)))
         self.chosen: Collection[values.Source] = ()
-        self.kept: Dict[str, Tuple[Handle, PoseTuple]] = {}
+        self.in_place: Dict[str, Tuple[Handle, PoseTuple]] = {}
         self.shared: Sequence[Collection[values.Source]] = ()
         self.thing = self.solved = handle
         self.went_on = 0.0
@@ -85,13 +85,13 @@ class Drag:
         self.is_moved = self.is_moved or self.pose[:3] != self.start[:3]
         self.is_turned = self.is_turned or not are_same_rotation(self.pose[3:], self.start[3:], NOISE**2)
 
-    def keep(self, handles: Iterable[Handle]) -> None:
+    def leave_in_place(self, handles: Iterable[Handle]) -> None:
         """Leave other things where they are now."""
         for one in handles:
             if one.name != self.handle.name and not self.held.isdisjoint(values.sources(list(one.tracked))):
-                self.kept[one.name] = one, one.pose
+                self.in_place[one.name] = one, one.pose
 
-    def in_place(self, handle_of: Callable[[str], Optional[Handle]]) -> Tuple[List[Any], List[float]]:
+    def targets_in_place(self, handle_of: Callable[[str], Optional[Handle]]) -> Tuple[List[Any], List[float]]:
         """The targets of the things that are to stay in place, as in `wanted`.
 
         What its node moves stays where that has moved it to. What is gone, or has left for other sources or for another
@@ -100,17 +100,17 @@ class Drag:
         Args:
             handle_of: gives a handle as a message has it now.
         """
-        kept: List[Any] = []
+        numbers: List[Any] = []
         targets: List[float] = []
-        for name, (known, pose) in self.kept.items():
+        for name, (known, pose) in self.in_place.items():
             shown = handle_of(name)
             if shown is not None and shown is not known and _is_same_thing(known, shown):
-                is_moved = not _is_there(known, shown) and _sources(known) == _sources(shown)
-                known, pose = self.kept[name] = shown, shown.pose if is_moved else pose
+                is_moved = not _is_there(_way(known, shown), shown) and _sources(known) == _sources(shown)
+                known, pose = self.in_place[name] = shown, shown.pose if is_moved else pose
             tracked, there = known.wanted(pose, True, True)
-            kept += tracked
+            numbers += tracked
             targets += there
-        return kept, targets
+        return numbers, targets
 
     def wanted(self, handle: Handle, pose: PoseTuple) -> Tuple[List[Any], List[float], str]:
         """The targets of this drag to a pose, for the handle as a message has it now.
@@ -129,7 +129,7 @@ class Drag:
         if handle is self.thing or self.has_left(values.sources(list(handle.tracked))) or self.misfit(handle):
             return
         way = _way(self.thing, handle)
-        is_there = _is_there(self.thing, handle)
+        is_there = _is_there(way, handle)
         is_told = _sources(handle) == _sources(self.thing)
         self.has_ways = self.has_ways or (is_there and is_told and self.doubt is not None)
         if is_there or (self.has_ways and not is_told):
@@ -191,9 +191,9 @@ def _is_same_thing(known: Handle, shown: Handle) -> bool:
     return known.frame.lstrip('/') == shown.frame.lstrip('/') and set(of_known) == set(of_shown)
 
 
-def _is_there(known: Handle, shown: Handle) -> bool:
-    """Return whether a later message shows a thing where its sources bring it."""
-    return _way(known, shown) <= NOISE * max(1.0, *map(abs, map(float, shown.tracked)))
+def _is_there(way: float, shown: Handle) -> bool:
+    """Return whether a later message, which shows a thing that far from there, has it where its sources bring it."""
+    return way <= NOISE * max(1.0, *map(abs, map(float, shown.tracked)))
 
 
 def _sources(handle: Handle) -> Dict[values.Source, Any]:

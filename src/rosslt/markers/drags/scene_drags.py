@@ -67,7 +67,7 @@ class Drags:
 
     Attributes:
         chosen: {name of a handle: the sources that its drags change, if any are chosen}.
-        kept: the names of handles that stay where they are while others are dragged.
+        in_place: the names of handles that stay where they are while others are dragged.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Drags:
         self._drops: Dict[str, Drop] = {}  # by the names of handles
         self._wake = threading.Condition()
         self.chosen: Dict[str, Tuple[values.Source, ...]] = {}
-        self.kept: Set[str] = set()
+        self.in_place: Set[str] = set()
         self._past: Dict[str, List[node.ChangeRequest]] = {}  # of the drags of each handle, by its name
         self._background = node.Callbacks('after drops')
         threading.Thread(target=self._work, name='drags', daemon=True).start()
@@ -185,7 +185,7 @@ class Drags:
             self._drops.pop(name, None)
             drag = self._held[name] = Drag(handle, self._rules.timeout, hand)
             drag.shared = self._scene.shared(handle)
-            drag.keep(filter(None, map(self._scene.handle, sorted(self.kept))))
+            drag.leave_in_place(filter(None, map(self._scene.handle, sorted(self.in_place))))
             if pose is not None:
                 drag.begin(frame, pose)
             self._scene.hold(name)
@@ -411,7 +411,7 @@ class Drags:
                 thing=drag.handle.tracked,
                 shared=drag.shared,
                 limited=drag.handle.limits,
-                kept=drag.in_place(self._scene.handle),
+                in_place=drag.targets_in_place(self._scene.handle),
             )
             joint_limits.check(drag.handle.limits, plan.after)
             wanted = changes.to_request(plan, drag.request.after)
@@ -460,7 +460,7 @@ class Drags:
         if plan.gap > self._rules.resolution:
             reasons += [wording.limit(plan.stops, self._name_of)] if plan.stops else []
             reasons += ['{} takes whole numbers only'.format(self._name_of(source)) for source in plan.whole]
-            reasons += [f'{kept} is held in place' for kept in drag.kept]
+            reasons += [f'{other} is held in place' for other in drag.in_place]
             reasons = reasons or ['as near as possible']
         for source in node.directory().shared(drag.handle.tracked, drag.shared, plan.after):
             reasons.append(f'{self._name_of(source)} moves others, too')

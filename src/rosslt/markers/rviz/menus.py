@@ -30,7 +30,7 @@ class Menu(NamedTuple):
         sources: (title, source) of those that the numbers come from.
         shows_all: whether all handles are shown.
         rows: (title, a number of it) of each row of a list that the numbers are in.
-        is_kept: whether it is held in place while others are dragged.
+        is_in_place: whether it is held in place while others are dragged.
     """
 
     choices: List[Tuple[str, Optional[values.Source], bool]]
@@ -38,7 +38,7 @@ class Menu(NamedTuple):
     sources: List[Tuple[str, values.Source]]
     shows_all: bool
     rows: Sequence[Tuple[str, values.Source]] = ()
-    is_kept: bool = False
+    is_in_place: bool = False
 
 
 class Menus:
@@ -66,7 +66,7 @@ class Menus:
             [(descriptions.one(source), source) for source in descriptions.own_first(values.sources(handle.tracked))],
             self._selection.shows_all,
             self._offers.rows(choices),
-            self._offers.is_kept(handle.name),
+            self._offers.is_in_place(handle.name),
         )
 
     def _title(self, choice: Choice) -> str:
@@ -88,8 +88,8 @@ class Menus:
         if menu.can_be_free:
             entry = drawn.insert(FREE + SHIFT, callback=functools.partial(self._set_free, name))
             drawn.setCheckState(entry, MenuHandler.CHECKED if name in self._free else MenuHandler.UNCHECKED)
-        entry = drawn.insert(HOLD, callback=functools.partial(self._set_kept, name))
-        drawn.setCheckState(entry, MenuHandler.CHECKED if menu.is_kept else MenuHandler.UNCHECKED)
+        entry = drawn.insert(HOLD, callback=functools.partial(self._set_in_place, name))
+        drawn.setCheckState(entry, MenuHandler.CHECKED if menu.is_in_place else MenuHandler.UNCHECKED)
         entry = drawn.insert(SHOW_ALL, callback=self._set_shows_all)
         drawn.setCheckState(entry, MenuHandler.CHECKED if menu.shows_all else MenuHandler.UNCHECKED)
         drawn.insert(UNDO, callback=functools.partial(self._undo, name))
@@ -120,8 +120,8 @@ class Menus:
         self._free ^= {name}
         self._redraw(name)
 
-    def _set_kept(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
-        self._offers.set_kept(name, not self._offers.is_kept(name))
+    def _set_in_place(self, name: str, _feedback: InteractiveMarkerFeedback) -> None:
+        self._offers.set_in_place(name, not self._offers.is_in_place(name))
         self._redraw(name)
 
     def _set_shows_all(self, _feedback: InteractiveMarkerFeedback) -> None:
