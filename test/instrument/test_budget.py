@@ -143,12 +143,12 @@ def test_recording_begins_again_once_its_debt_is_paid(started):
     assert 0.8 < budget.spent / (OF_NODE * 20.0) < 1.1
 
 
-def test_short_rounds_are_recorded_in_turns_that_are_paid_within_a_second(started):
+def test_short_rounds_are_recorded_in_turns_of_a_tenth_of_a_second(started):
     machine = Machine(own=0.25 * OPERATION)
     budget = started(machine)
     spent = [0.0]
     for _ in range(4000):
-        machine.compute(0.0006)
+        machine.compute(0.002)
         stops = budget.stops
         budget.begin_round('a publisher')
         if budget.stops % 2 and not stops % 2:

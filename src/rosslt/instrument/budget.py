@@ -23,8 +23,8 @@ from typing import Any, Callable, Set
 from rosslt import values
 from rosslt.instrument.tree_rewriting import CELLS
 
-MOST = 0.03
-"""The CPU time in seconds by which recording may be ahead after a round: it is paid within a second."""
+MOST = 0.1
+"""The CPU time in seconds by which recording may be ahead after a round."""
 
 MOST_OF_ROUND = 1.0
 """The CPU time in seconds by which recording may be ahead within a round."""
