@@ -61,7 +61,7 @@ class Losses:
     def watch_start(self) -> None:
         """Look until the node has sent messages for a while."""
         self._is_starting = True
-        self.begin(sees_steps=False)  # the set-up of a node may compute for long
+        self.begin()
 
     def published(self, topic: str, now: float, has_sources: bool) -> None:
         """The node has sent a message, at a time of `time.monotonic`; said of one in half a second."""
@@ -72,19 +72,14 @@ class Losses:
                 self._is_starting = False
                 self.end()
 
-    def begin(self, sees_steps: bool = True) -> None:
-        """Look, until `end` is called as often.
-
-        Args:
-            sees_steps: note the lines that carry a state on as well, which takes long if there are many in a loop.
-        """
+    def begin(self) -> None:
+        """Look, until `end` is called as often."""
         with self._lock:
             self._watchers += 1
             if not self.is_watched:
                 self.is_watched = True
                 for kind in _NUMBERS:
                     kind.__float__ = _plain_float
-            if sees_steps:
                 vars(builtins).update({PLAIN: _plain_step, PLAIN_PARTS: _plain_steps, CUT_OFF: _cut_off})
 
     def end(self) -> None:
