@@ -263,6 +263,14 @@ FAULTS = [
         'publishers.union(self._subscribers.get(topic, ()))',
         ('test/flow',),
     ),
+    # --- models
+    Fault(
+        'halving_that_leaves_out_the_second_half',
+        'models/trials.py',
+        'self.halve(between, middle, end, inputs[half:], change)',
+        'self.halve(between, middle, middle, inputs[half:], change)',
+        ('test/models',),
+    ),
     # --- markers
     Fault(
         'a_whole_turn_is_rounded_to_none',
