@@ -172,6 +172,61 @@ def test_what_cannot_be_fitted_is_said(run, arguments, reason):
     assert reason in failure('fit', run[1], *arguments)
 
 
+#: A camera that sees a board from above: as the camera only slides, no picture tells its height from that of the board.
+CAMERA = """
+    from geometry_msgs.msg import Vector3Stamped
+
+    seen = rosslt.Publisher('seen', Vector3Stamped, queue_size=100)
+    measured = rosslt.Publisher('measured', Vector3Stamped, queue_size=100)
+    while not (seen.get_num_connections() and measured.get_num_connections()):
+        time.sleep(0.01)
+    height = rosslt.location(1.0, name='height')
+    board = rosslt.location(0.2, name='board')
+    offset = rosslt.location(0.0, name='offset')
+    rate = rospy.Rate(25)
+    for step in range(20):
+        here = offset + 0.1 * step, 2 * height - 2 * board
+        for publisher, values in ((seen, here), (measured, (0.1 * step + 0.3, 1.8))):
+            message = Vector3Stamped()
+            message.header.stamp = rospy.Time(100 + step)
+            message.vector.x, message.vector.y = values
+            publisher.publish(message)
+        rate.sleep()
+    rospy.spin()
+    """
+SEEN = '/seen/vector/x', '/seen/vector/y', '--to', '/measured/vector/x', '/measured/vector/y'
+
+
+@pytest.fixture(scope='module')
+def slide(master, tmp_path_factory):
+    """The bag of a camera that slides over a board, and its node."""
+    path = tmp_path_factory.mktemp('slide') / 'slide.bag'
+    with Node('camera', CAMERA, '_rosslt/rate:=1000'):
+        record_bag(path, 20, '/seen', '/measured')
+        yield str(path)
+
+
+def test_what_a_bag_does_not_determine_stays_and_is_said(slide):
+    found = rosslt('fit', slide, *SEEN, '--apply')
+    ((name, old, new, _),) = (line.split('\t') for line in found.stdout.splitlines())
+    assert (name, old, float(new)) == ('/camera/offset', '0.0', pytest.approx(0.3))
+    assert re.fullmatch(
+        r'rosslt fit: /camera/(height|board) and /camera/(height|board) are not determined, and stay: they can move '
+        r'together, /camera/\w+ by \+1, /camera/\w+ by \+1, and the fields stay as they are\. '
+        r'Record another movement, .*\n',
+        found.stderr,
+    )
+    assert [rosslt('get', f'/camera/{one}').stdout.strip() for one in ('height', 'board')] == ['1.0', '0.2']
+    assert 'are not determined' in on_terminal('fit', slide, *SEEN)
+
+
+def test_one_of_those_is_fitted_if_it_is_named(slide):
+    (line,) = lines('fit', slide, *SEEN, '--source', '/camera/height')
+    assert (line[0], float(line[2])) == ('/camera/height', pytest.approx(1.1))
+    none = failure('fit', slide, *SEEN, '--source', '/camera/height', '--source', '/camera/board')
+    assert 'slide.bag determines none of these locations. /camera/' in none
+
+
 @pytest.mark.parametrize('scale', ['0', '-1', 'nan', 'inf'])
 def test_a_scale_that_is_none_is_misuse(scale):
     result = rosslt('fit', 'run.bag', '/odom/x', '--to', '/truth/x', '--loss', 'huber', f'--scale={scale}')

@@ -63,7 +63,8 @@ class Panel:
         self.box(name).send_keys(*keys)
 
     def says(self, text):
-        self.browser.wait(lambda: text in self.driver.find_element('id', 'source').text, f'the panel says {text}')
+        source = lambda: self.driver.find_element('id', 'source').text  # noqa: E731
+        self.browser.wait(lambda: text in source(), lambda: f'the panel says {text}, it has {source()!r}')
 
     def line_of(self, name):
         """The text of the line of a number, without the number."""

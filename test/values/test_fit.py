@@ -9,7 +9,7 @@ from scipy.optimize import curve_fit, least_squares
 import rosslt
 from rosslt import Source, math, track
 
-A, B, C, N = (Source('/model', place) for place in range(4))
+A, B, C, N, D = (Source('/model', place) for place in range(5))
 TIMES = numpy.linspace(0.0, 4.0, 60)
 
 
@@ -87,7 +87,33 @@ def test_what_the_targets_do_not_determine_has_an_infinite_error():
     assert found.values[A] + found.values[B] == pytest.approx(2.0)
     assert found.values[C] == pytest.approx(1.0)
     assert found.errors[C] < 1e-6
+    assert found.undetermined == [{A: 1.0, B: pytest.approx(-1.0)}]
     assert rosslt.fit([a], [5.0]).errors == {A: plain.inf}
+
+
+def test_directions_are_not_determined_in_the_units_of_the_sources():
+    a, b, c, d = (track(value, source) for value, source in zip((1.0, 2.0, 3.0, 4.0), (A, B, C, D)))
+    found = rosslt.fit([(2 * a + 5 * b - c) * t + d * t * t for t in range(6)], [float(t * t) for t in range(6)])
+    assert found.values[D] == pytest.approx(1.0)
+    assert len(found.undetermined) == 2
+    for direction in found.undetermined:
+        assert D not in direction
+        assert next(iter(direction.values())) == 1.0
+        steps = [direction.get(source, 0.0) for source in (A, B, C)]
+        assert 2 * steps[0] + 5 * steps[1] - steps[2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_known_badly_is_determined_all_the_same():
+    a, b = track(1.0, A), track(2.0, B)
+    found = rosslt.fit([a * t + b * (t + 1e-6 * t * t) for t in range(6)], [3.0 * t + 1e-3 * t * t for t in range(6)])
+    assert found.undetermined == []
+    assert rosslt.fit(results(), measured().tolist()).undetermined == []
+
+
+def test_a_named_source_that_moves_nothing_is_not_determined():
+    a, b = track(1.0, A), track(2.0, B)
+    found = rosslt.fit([a * t + b * 0.0 for t in range(5)], [2.0 * t for t in range(5)], sources=[A, B])
+    assert found.undetermined == [{B: 1.0}]
 
 
 def test_messages_and_what_may_be_anything():

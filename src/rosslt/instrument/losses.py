@@ -45,6 +45,7 @@ class Losses:
 
     Attributes:
         is_watched: True while losses are counted.
+        steps: where states were carried on: {(id of the code, index of the instruction): ((file, line), code)}.
     """
 
     def __init__(self) -> None:
@@ -52,7 +53,7 @@ class Losses:
         self._counts: Dict[Tuple[str, int], int] = {}
         self._topics: Dict[str, bool] = {}  # whether a number on it had a source
         self._sent: Counter = Counter()  # by (topic, file, line)
-        self._steps: Counter = Counter()  # by (file, line)
+        self.steps: Dict[Tuple[int, int], Any] = {}
         self._watchers = 0
         self._lock = threading.Lock()
         self._is_starting = False
@@ -105,10 +106,9 @@ class Losses:
             frame = frame.f_back
 
     def stepped(self, frame: Any) -> None:
-        """Note that the line of a frame has carried a state on."""
-        place = _place(frame)
-        if place and (place in self._steps or len(self._steps) < MOST_PLACES):
-            self._steps[place] += 1
+        """Note that the line of a frame has carried a state on, if `steps` does not know its instruction."""
+        if len(self.steps) < MOST_PLACES:
+            self.steps[id(frame.f_code), frame.f_lasti] = _place(frame), frame.f_code
 
     def places(self) -> Dict[Tuple[str, int], int]:
         """{(file, line): how many numbers have lost their provenance there}."""
@@ -154,7 +154,7 @@ class Losses:
             list(topics),
             list(topics.values()),
             ['; '.join(_shown(*place) for topic, *place in sending if topic == one) for one in topics],
-            [_shown(*place) for place in sorted(self._steps.copy())],
+            [_shown(*place) for place in sorted({place for place, _ in self.steps.copy().values()})],
         )
 
 
@@ -181,18 +181,25 @@ def _plain_float(number: Any) -> float:
     return float(number._plain)
 
 
+# A busy loop may take such a step in each of its rounds: what is noted already costs little.
 def _plain_step(value: Any) -> Any:
-    LOSSES.stepped(sys._getframe(1))
+    frame = sys._getframe(1)
+    if (id(frame.f_code), frame.f_lasti) not in LOSSES.steps:
+        LOSSES.stepped(frame)
     return cells.plain(value)
 
 
 def _plain_steps(parts: Any, *others: int) -> Any:
-    LOSSES.stepped(sys._getframe(1))
+    frame = sys._getframe(1)
+    if (id(frame.f_code), frame.f_lasti) not in LOSSES.steps:
+        LOSSES.stepped(frame)
     return cells.plain_parts(parts, *others)
 
 
 def _cut_off(owner: Any, key: Any) -> Any:
-    LOSSES.stepped(sys._getframe(1))
+    frame = sys._getframe(1)
+    if (id(frame.f_code), frame.f_lasti) not in LOSSES.steps:
+        LOSSES.stepped(frame)
     return starts.cut_off(owner, key)
 
 

@@ -27,6 +27,10 @@ SINGULAR = 1e-10
 Bounds = Mapping[Source, Tuple[Value, Value]]
 
 
+LEAST_SHARE = 1e-8
+"""A source with a smaller share than this in a direction that is not determined has none: it comes from rounding."""
+
+
 class Fit(NamedTuple):
     """The outcome of a fit.
 
@@ -40,6 +44,9 @@ class Fit(NamedTuple):
         compared: the number of compared results.
         is_converged: True if the search ended by itself.
         is_linearized: True if a result's expression was cut to a linearization, which holds near the old values only.
+        undetermined: the directions in which sources can move together with no result moving, to first order:
+            `[{Source: by how much, in its unit}, ...]`, 1 for the first one of each. Along these, the values are those
+            nearest to the old ones, and say nothing.
     """
 
     values: Dict[Source, float]
@@ -51,6 +58,7 @@ class Fit(NamedTuple):
     compared: int
     is_converged: bool
     is_linearized: bool
+    undetermined: List[Dict[Source, float]]
 
 
 def fit(
@@ -120,6 +128,10 @@ def fit(
         len(before),
         bool(found.success),
         problem.is_linearized,
+        [
+            {problem.unknowns[index]: share for index, share in direction.items()}
+            for direction in _undetermined(found.jac)
+        ],
     )
 
 
@@ -245,3 +257,27 @@ def _standard_errors(slopes: Value, cost: float) -> List[float]:
     variances = ((directions * inverse[:, None]) ** 2).sum(axis=0) / scales**2 * (2.0 * cost / (rows - columns))
     is_open = numpy.abs(directions[~is_known]).max(axis=0, initial=0.0) > SINGULAR
     return [math.inf if is_free else float(math.sqrt(variance)) for variance, is_free in zip(variances, is_open)]
+
+
+def _undetermined(slopes: Value) -> List[Dict[int, float]]:
+    """The directions in which no result moves: {index of an unknown: by how much it moves}.
+
+    A QR decomposition with column pivoting of the scaled slopes reveals their rank (Golub and Van Loan, Matrix
+    Computations, 5.4): each column behind it is a sum of those before it.
+    """
+    import numpy
+    from scipy.linalg import qr
+
+    scales = numpy.linalg.norm(slopes, axis=0)
+    scales[scales == 0.0] = 1.0
+    (triangle, order) = qr(slopes / scales, mode='r', pivoting=True)
+    sizes = numpy.abs(numpy.diag(triangle))
+    rank = int(numpy.count_nonzero(sizes > SINGULAR * max(sizes[0], 1e-300)))
+    shares = numpy.linalg.lstsq(triangle[:rank, :rank], triangle[:rank, rank:], rcond=None)[0]
+    found = []
+    for number, dependent in enumerate(order[rank:]):
+        others = {int(order[row]): -float(share) for row, share in enumerate(shares[:, number])}
+        kept = {index: share for index, share in others.items() if abs(share) > LEAST_SHARE}
+        direction = {int(dependent): 1.0, **kept}
+        found.append({index: share * scales[dependent] / scales[index] for index, share in direction.items()})
+    return found

@@ -256,8 +256,12 @@ class SourcePanel:
         visitor.file, visitor.offer = file, None
 
     def _hover(self, visitor: Visitor, number: Any) -> None:
-        """Have what a number moves marked in the view; None for none."""
-        source = None if number is None else self._place(number).source
+        """Have what a number moves marked in the view; nothing for None, and for a number whose node has just ended."""
+        if not (number is None or isinstance(number, str)):
+            raise BadMessage('a hover is over a number, by its name, or over null')
+        source = None
+        with contextlib.suppress(BadMessage):
+            source = self._place(number).source
         with self._lock:
             visitor.hovers = source
 

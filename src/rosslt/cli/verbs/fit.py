@@ -14,7 +14,7 @@ from rosslt.cli.directory import cannot_reach, sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import field_of
 from rosslt.cli.master import TIMEOUT, find_master
-from rosslt.cli.output import is_terminal, table, write_row
+from rosslt.cli.output import is_terminal, table, write_note, write_row
 from rosslt.cli.reading import start_node
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.messages import Message
@@ -24,7 +24,8 @@ GROUP = CHANGE
 SUMMARY = 'find the source values that bring recorded fields nearest to what was measured'
 DESCRIPTION = """Find the values of the locations that the fields of a bag come from with which the fields would have
 been as near as possible to others of the bag, by least squares; print the old and the new value of each, and its
-standard error. Messages are paired by their stamps. --apply changes the nodes that run now, --save also writes the
+standard error. Locations that the bag does not determine stay as they are, and are named together with those that
+they move with. Messages are paired by their stamps. --apply changes the nodes that run now, --save also writes the
 values back to where they were read."""
 EXAMPLE = """\
 examples:
@@ -68,19 +69,33 @@ def run(options: argparse.Namespace) -> None:
     sources = values.sources(results)
     directory.learn(sources)
     limits = directory.limits(sources, TIMEOUT)
-    try:
-        fitted = values.fit(
-            results,
-            targets,
-            _chosen(directory, sources, options.source),
-            options.loss,
-            scale=options.scale,
-            bounds=limits['bounds'],
-            read_only=limits['read_only'],
-        )
-    except (values.Error, ValueError, ArithmeticError) as error:
-        raise Failure(str(error)) from None
+
+    def fit(chosen: Optional[List[values.Source]]) -> values.Fit:
+        try:
+            return values.fit(
+                results,
+                targets,
+                chosen,
+                options.loss,
+                scale=options.scale,
+                bounds=limits['bounds'],
+                read_only=limits['read_only'],
+            )
+        except (values.Error, ValueError, ArithmeticError) as error:
+            raise Failure(str(error)) from None
+
+    fitted = fit(_chosen(directory, sources, options.source))
+    undetermined = fitted.undetermined
+    open_ones = {source for direction in undetermined for source in direction}
+    told = [_together(directory, direction) for direction in undetermined]
+    if open_ones:
+        chosen = [source for source in fitted.values if source not in open_ones]
+        if not chosen:
+            raise Failure(f'{options.file} determines none of these locations. ' + ' '.join(told))
+        fitted = fit(chosen)
     _show(directory, fitted)
+    for sentence in told:
+        write_note('fit', sentence)
     if master is not None:
         _apply(directory, fitted)
         if options.save:
@@ -100,6 +115,20 @@ def _chosen(
             raise Failure(f'{name} is not among the sources of the fields, which are {every}')
         chosen.append(found[0])
     return chosen
+
+
+def _together(directory: Directory, direction: Dict[values.Source, float]) -> str:
+    """Say which locations a bag does not determine, and what to do."""
+    if len(direction) == 1:
+        (name,) = map(directory.name, direction)
+        return f'{name} is not determined, and stays: it moves none of these fields; record more, where it does.'
+    names = [directory.name(source) for source in direction]
+    moves = ', '.join(f'{directory.name(source)} by {share:+.3g}' for source, share in direction.items())
+    return (
+        f'{", ".join(names[:-1])} and {names[-1]} are not determined, and stay: they can move together, {moves}, '
+        'and the fields stay as they are. Record another movement, in which they differ, or say with --source which to '
+        'fit.'
+    )
 
 
 def _show(directory: Directory, fitted: values.Fit) -> None:

@@ -74,7 +74,7 @@ class Field {
     on('mousedown', event => this.drag && event.preventDefault()); // no text is selected meanwhile
     on('pointermove', this.pull);
     on('pointerup', this.letGo);
-    on('pointercancel', this.letGo);
+    on('lostpointercapture', this.letGo); // whatever the reason
     on('pointerenter', () => send({hover: number.number}));
     on('pointerleave', () => send({hover: document.activeElement?.dataset.number ?? null}));
     on('focus', this.enter);
