@@ -36,7 +36,7 @@ from .tracked import (
     source_of_functions,
     track,
 )
-from .tree import each_leaf, is_object_array, is_tracked, leaves, untracked
+from .tree import each_leaf, is_object_array, is_tracked, leaves, rebuilt, untracked
 
 __all__ = [
     'AFFINE',
@@ -84,6 +84,7 @@ __all__ = [
     'origins',
     'plain_scalar',
     'reapply',
+    'rebuilt',
     'recorder',
     'reflecting',
     'remake',

@@ -1,0 +1,241 @@
+"""Learns how what a running node sends depends on what it hears, by trying it on a twin of the node.
+
+The twin hears first what the live node has heard. If it does not send the same, it has not the same state or hears
+something else as well, and nothing is learned. Then its last inputs are changed: `trials` says how.
+"""
+
+import io
+import math
+import time
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Tuple
+
+import genpy
+import numpy as np
+
+from rosslt import messages
+from rosslt.models.learned import Learned
+from rosslt.models.processes import LiveProcess
+from rosslt.models.replays import Number, Recording, inputs_and_outputs, numbers_in, stamp_of, stamped, with_numbers
+from rosslt.models.trials import learn
+from rosslt.models.twin import Timed, Twin
+
+#: Two outputs are the same if they differ by this at most, in relation to the largest one there.
+SAME = 1e-6
+
+#: The part of a replay whose answers are compared: before it, the twin may still have another state; behind it, what the
+#: live node has sent may not have come.
+COMPARED = 0.5, 0.9
+
+#: A change is waited for as long as this, in seconds, until its outputs stay as they are.
+LONGEST = 8.0
+
+#: The largest change of a number that is tried, as a part of its size, and that of one that is 0.
+CHANGE, CHANGE_OF_0 = 0.1, 0.1
+
+Array = Any  # numpy.ndarray: NumPy 1.17 of Noetic has no types
+
+
+class NotLearned(Exception):
+    """Nothing can be learned of a node; the text says why."""
+
+
+class Answer(NamedTuple):
+    """What a node does.
+
+    Attributes:
+        inputs, outputs: the numbers, in the order in which `learned` counts them.
+        at: the values of the inputs at which it was tried.
+        late: the seconds from a change of an input to the first message that shows it.
+        settled: the same to the message from which on it stays.
+        learned: which output depends on which input.
+        is_isolated: whether the twin had a network of its own.
+    """
+
+    inputs: Sequence[Number]
+    outputs: Sequence[Number]
+    at: Sequence[float]
+    late: float
+    settled: float
+    learned: Learned
+    is_isolated: bool
+
+
+def learn_node(
+    process: LiveProcess,
+    parameters: Mapping[str, Any],
+    recording: Recording,
+    most: int = 200,
+    say: Callable[[str], None] = lambda text: None,
+) -> Answer:
+    """Learn what a node does on a twin.
+
+    Args:
+        process: the live node's, which is left alone.
+        parameters: the tree of all parameters.
+        recording: what it has heard and sent.
+        most: trials.
+        say: is told what is done.
+
+    Raises:
+        NotLearned: the twin does not do what the node does, or there are no numbers to change or to look at.
+        TwinFailed: the twin does not come up, or ends.
+    """
+    inputs, outputs = inputs_and_outputs(process)
+    if not recording.outputs:
+        raise NotLearned(f'{process.node} has sent nothing within {recording.seconds:g} s')
+    begin = numbers_in(recording.last(recording.inputs))
+    if not begin:
+        heard = ', '.join(sorted({topic for _, topic, _ in recording.inputs})) or 'nothing'
+        raise NotLearned(f'{process.node} has heard no numbers within {recording.seconds:g} s: {heard}')
+    with Twin(process, parameters, inputs, outputs) as twin:
+        say('the twin runs' + ('' if twin.is_isolated else ', without a network of its own: this user may make none'))
+        differs = difference(recording, twin.play(recording.inputs, recording.seconds))
+        if differs:
+            raise NotLearned(f'the twin of {process.node} does not do what it does: {differs}')
+        say('on the same messages, it sends the same')
+        hand = _Hand(twin, recording, [number for number, _ in begin])
+        at = np.array([value for _, value in begin])
+        late = hand.settle(at)
+        say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
+        learned = learn(hand.ask, at, np.where(at == 0, CHANGE_OF_0, CHANGE * np.abs(at)), most=most)
+        return Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated)
+
+
+def difference(recording: Recording, answers: Sequence[Timed]) -> str:
+    """What a twin sends otherwise than its node has sent, and by how much; '' if nothing.
+
+    Args:
+        recording: of the node.
+        answers: the twin's, to the same messages.
+    """
+    begin, end = (part * recording.seconds for part in COMPARED)
+    live: Dict[Any, List[Tuple[Any, Dict[str, float]]]] = {}
+    for _, topic, serialized in recording.outputs:
+        message = recording.read(topic, serialized)
+        for (_, thing), numbers in _by_thing(topic, message).items():
+            live.setdefault((topic, thing), []).append((stamp_of(message), numbers))
+    told: Dict[str, float] = {}
+    topics = set()
+    for when, topic, serialized in answers:
+        if not begin <= when <= end:
+            continue
+        topics.add(topic)
+        message = recording.read(topic, serialized)
+        for key, numbers in _by_thing(topic, message).items():
+            stamp = stamp_of(message)
+            others = [other for has, other in live.get(key, ()) if stamp is None or has == stamp]
+            others = others or [other for _, other in live.get(key, ())]
+            if not others:
+                return f'{topic} has another thing, or another number of them'
+            path, size = min((_largest(numbers, other) for other in others), key=lambda one: one[1])
+            if size > SAME:
+                name = f'{topic}/{path.replace(".", "/")}'
+                told[name] = max(size, told.get(name, 0.0))
+    missing = {topic for when, topic, _ in recording.outputs if begin <= when <= end} - topics
+    if missing:
+        return f'it sends nothing on {", ".join(sorted(missing))}'
+    most = sorted(told.items(), key=lambda one: -one[1])[:3]
+    return ', '.join(f'{name} differs by {size:.2g} of its size' for name, size in most)
+
+
+def _by_thing(topic: str, message: Any) -> Dict[Any, Dict[str, float]]:
+    found: Dict[Any, Dict[str, float]] = {}
+    for number, value in numbers_in({(topic, messages.thing_of(message)): message}):
+        found.setdefault((topic, number.thing), {})[number.path] = value
+    return found
+
+
+def _largest(numbers: Mapping[str, float], others: Mapping[str, float]) -> Tuple[str, float]:
+    """The path at which numbers differ most from others, and by what part of the largest one."""
+    if numbers.keys() != others.keys():
+        return next(iter(numbers.keys() ^ others.keys())), math.inf
+    size = max([abs(value) for value in (*numbers.values(), *others.values())], default=0.0) or 1.0
+    return max(((path, abs(value - others[path]) / size) for path, value in numbers.items()), key=lambda one: one[1])
+
+
+class _Hand:
+    """Changes the inputs of a twin, and reads its outputs.
+
+    Attributes:
+        numbers: the inputs that change.
+        outputs: what is read, once it has settled.
+        seconds: how long a change takes until it stays.
+    """
+
+    def __init__(self, twin: Twin, recording: Recording, numbers: Sequence[Number]) -> None:
+        self._twin, self._recording, self.numbers = twin, recording, numbers
+        self._things = recording.last(recording.inputs)
+        self._periods = {key: recording.period(key) for key in self._things}
+        self.outputs: List[Number] = []
+        self.seconds = 0.0
+
+    def settle(self, at: Array) -> float:
+        """Find out how long a change takes: when it shows, in seconds; `seconds` is when it stays."""
+        hold = 0.25
+        while True:
+            before = self._last(self._hold(at, hold))
+            self.outputs = [number for number, _ in numbers_in(before)]
+            random = np.random.RandomState(1)
+            moved = at + np.where(at == 0, CHANGE_OF_0, CHANGE * np.abs(at)) * random.uniform(0.2, 1.0, len(at))
+            answers = self._hold(moved, hold)
+            late, stays = self._times(before, answers)
+            # What comes every now and then may come once more.
+            gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
+            self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
+            if self.seconds <= 0.75 * hold:
+                return late
+            hold *= 2
+            if hold > LONGEST:
+                raise NotLearned(f'what it sends does not stay the same within {LONGEST:g} s while its inputs do')
+
+    def ask(self, rows: Array) -> Array:
+        """The outputs (k, m) at inputs (k, n); NaN if an output has not come."""
+        found = np.full((len(rows), len(self.outputs)), np.nan)
+        for row, wanted in enumerate(rows):
+            numbers = dict(numbers_in(self._last(self._hold(wanted, self.seconds))))
+            found[row] = [numbers.get(one, np.nan) for one in self.outputs]
+        return found
+
+    def _hold(self, wanted: Array, seconds: float) -> List[Timed]:
+        """What comes while the inputs have some values for so long."""
+        changed: Dict[Any, Dict[str, float]] = {}
+        for number, value in zip(self.numbers, wanted):
+            changed.setdefault((number.topic, number.thing), {})[number.path] = float(value)
+        sent: List[Timed] = []
+        now = time.time()
+        for key, message in self._things.items():
+            held = with_numbers(message, changed.get(key, {}))
+            when, period = 0.0, self._periods[key]
+            while when < seconds:
+                sent.append((when, key[0], _bytes(stamped(held, genpy.Time.from_sec(now + when)))))
+                when += period
+        return [answer for answer in self._twin.play(sent, seconds) if answer[0] >= 0]
+
+    def _last(self, answers: Sequence[Timed]) -> Dict[Any, Any]:
+        return self._recording.last(answers)
+
+    def _gap(self, topic: str, answers: Sequence[Timed]) -> float:
+        """The longest time between two messages of an output."""
+        came = [when for when, other, _ in answers if other == topic]
+        return max([later - earlier for earlier, later in zip(came, came[1:])], default=0.0)
+
+    def _times(self, before: Mapping[Any, Any], answers: Sequence[Timed]) -> Tuple[float, float]:
+        """When a change first shows, and from when on all stays as it ends, in seconds."""
+        old = dict(numbers_in(before))
+        end = dict(numbers_in(self._last(answers)))
+        sizes = {number: max(abs(value), abs(old.get(number, value))) or 1.0 for number, value in end.items()}
+        shows, stays = math.inf, 0.0
+        for when, topic, serialized in answers:
+            for number, value in numbers_in(self._last([(when, topic, serialized)])):
+                limit = SAME * sizes.get(number, 1.0)
+                if abs(value - old.get(number, value)) > limit:
+                    shows = min(shows, when)
+                if abs(value - end.get(number, value)) > limit:
+                    stays = max(stays, when)
+        return (0.0 if shows == math.inf else shows), stays
+
+
+def _bytes(message: Any) -> bytes:
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()

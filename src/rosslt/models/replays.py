@@ -1,0 +1,154 @@
+"""What a node hears and sends, and the numbers in it: as they come, changed, and played to a twin."""
+
+import copy
+import math
+import statistics
+import time
+from typing import Any, Dict, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import genpy
+import roslib.message
+import rospy
+
+from rosslt import messages, values
+from rosslt.models.laboratory import raw_class
+from rosslt.models.processes import LiveProcess
+from rosslt.models.twin import Timed
+
+#: What every node has, and nobody computes from.
+IGNORED = ('/rosout', '/rosout_agg')
+
+_Key = Tuple[str, Hashable]
+"""A topic, and a thing on it."""
+
+
+class Number(NamedTuple):
+    """A number of a message.
+
+    Attributes:
+        topic: the full name.
+        thing: what the message is about, as `messages.thing_of` names it.
+        path: of the field, `position[2]`.
+    """
+
+    topic: str
+    thing: Hashable
+    path: str
+
+    @property
+    def name(self) -> str:
+        """TOPIC/FIELD."""
+        return f'{self.topic}/{self.path.replace(".", "/")}'
+
+
+class Recording(NamedTuple):
+    """What a node has heard and sent.
+
+    Attributes:
+        inputs, outputs: messages with the seconds since it began, in the order in which they came.
+        types: {topic: the class of its messages}.
+        seconds: how long it took.
+    """
+
+    inputs: List[Timed]
+    outputs: List[Timed]
+    types: Mapping[str, Any]
+    seconds: float
+
+    def read(self, topic: str, serialized: bytes) -> Any:
+        """The message that bytes are."""
+        return self.types[topic]().deserialize(serialized)
+
+    def last(self, sent: Sequence[Timed]) -> Dict[_Key, Any]:
+        """The last message of each thing."""
+        found: Dict[_Key, Any] = {}
+        for _, topic, serialized in sent:
+            message = self.read(topic, serialized)
+            found[topic, messages.thing_of(message)] = message
+        return found
+
+    def period(self, key: _Key) -> float:
+        """The median of the seconds between the messages of an input; infinite if it came once."""
+        came = [when for when, topic, _ in self.inputs if topic == key[0]]
+        gaps = [later - earlier for earlier, later in zip(came, came[1:])]
+        return max(0.001, statistics.median(gaps)) if gaps else math.inf
+
+
+def inputs_and_outputs(process: LiveProcess) -> Tuple[Dict[str, str], Dict[str, str]]:
+    """{topic: type} of what a node may compute from, and of what it sends."""
+    subscribed = {topic: name for topic, name in process.subscribed.items() if topic not in IGNORED}
+    return subscribed, {topic: name for topic, name in process.published.items() if topic not in IGNORED}
+
+
+def record(process: LiveProcess, seconds: float) -> Recording:
+    """Listen to what a live node hears and sends.
+
+    Args:
+        process: the node's; this process is a node as well.
+        seconds: for so long.
+    """
+    inputs, outputs = inputs_and_outputs(process)
+    heard: List[Timed] = []
+    sent: List[Timed] = []
+    begin = time.monotonic()
+
+    def take(message: rospy.AnyMsg, topic: str) -> None:
+        is_own = message._connection_header.get('callerid') == process.node
+        came = time.monotonic() - begin, topic, bytes(message._buff)
+        if is_own and topic in outputs:
+            sent.append(came)
+        if topic in inputs:
+            heard.append(came)
+
+    subscribers = [
+        rospy.Subscriber(topic, raw_class(name), take, topic, tcp_nodelay=True)
+        for topic, name in {**inputs, **outputs}.items()
+    ]
+    rospy.rostime.wallsleep(seconds)
+    for subscriber in subscribers:
+        subscriber.unregister()
+    types = {topic: roslib.message.get_message_class(name) for topic, name in {**inputs, **outputs}.items()}
+    return Recording(sorted(heard), sorted(sent), types, seconds)
+
+
+def numbers_in(things: Mapping[_Key, Any]) -> List[Tuple[Number, float]]:
+    """The floats in messages, with their values: finite ones, as no step leads away from others."""
+    return [
+        (Number(topic, thing, path), float(leaf))
+        for (topic, thing), message in things.items()
+        for path, leaf in values.leaves(message)
+        if type(leaf) is float and math.isfinite(leaf)
+    ]
+
+
+def with_numbers(message: Any, changed: Mapping[str, float]) -> Any:
+    """A message with other numbers at some paths, with headers of its own."""
+    paths = iter([path for path, leaf in values.leaves(message) if type(leaf) in (bool, int, float, str)])
+    return values.rebuilt(message, lambda leaf: changed.get(next(paths), leaf))
+
+
+def stamp_of(message: Any) -> Optional[Tuple[int, int]]:
+    """The stamp of the first header of a message; None if it has none, or one of 0."""
+    for header in _headers(message):
+        return (header.stamp.secs, header.stamp.nsecs) if header.stamp else None
+    return None
+
+
+def stamped(message: Any, now: genpy.Time) -> Any:
+    """A message whose headers have another time, if they have one; the headers are copied."""
+    moved = copy.deepcopy(message)
+    for header in _headers(moved):
+        if header.stamp:
+            header.stamp = now
+    return moved
+
+
+def _headers(part: Any) -> Iterator[Any]:
+    if getattr(part, '_type', '') == 'std_msgs/Header':
+        yield part
+    elif isinstance(part, genpy.Message):
+        for name in part.__slots__:
+            yield from _headers(getattr(part, name))
+    elif isinstance(part, (list, tuple)) and part and isinstance(part[0], genpy.Message):
+        for one in part:
+            yield from _headers(one)
