@@ -36,7 +36,9 @@ def learn(
 ) -> Learned:
     """Finds by trials which outputs of a function depend on which inputs, and how.
 
-    What a change by `sizes` in either direction does not show is not found.
+    What shows only at changes of more than 0.6 `sizes`, or only if several inputs change in directions that were not
+    tried together, may not be found. With noise the steps are large: a slope is then that over its step, and a kink
+    or a limit within the step is not in its uncertainty.
 
     Args:
         ask: an array (k, n) of inputs to one (k, m) of outputs, a row for each trial; NaN where no answer came
@@ -272,7 +274,7 @@ class _Search:
             return
         ratio = np.max(np.maximum(self.noise, self.rounding)[told] / far[told])
         fraction = float(np.clip(np.sqrt(ratio), 1e-5, 0.5))
-        enough = self.left // 2
+        enough = min(self.left // 2, len(free) // 4)  # more would cost about what halving does
         refuted: Set[int] = set()
         while True:
             found = self.explain(free, told, refuted) if len(self.moved) else None
