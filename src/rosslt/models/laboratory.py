@@ -17,14 +17,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple, Type
+from typing import Any, Callable, Dict, List, Tuple
 
 import rosgraph
-import roslib.message
 import rosmaster.master
 import rospy
 
 from rosslt.models.processes import LiveProcess
+from rosslt.models.raw_messages import NotBuilt, raw_class
 
 _NAME = '/rosslt_laboratory'
 _LAST_LINES = 10
@@ -70,15 +70,6 @@ def hide_devices() -> None:
 def _mount(source: str, target: str, kind: str, flags: int) -> None:
     if _LIBC.mount(source.encode(), target.encode(), kind.encode() or None, ctypes.c_ulong(flags), None):
         raise OSError(ctypes.get_errno(), 'cannot mount ' + target)
-
-
-def raw_class(name: str) -> Type[Any]:
-    """A class of messages of a type that keeps them serialized."""
-    known = roslib.message.get_message_class(name)
-    if known is None:
-        raise Failed(f'the message type {name} is not built here')
-    passed = {'_type': known._type, '_md5sum': known._md5sum, '_full_text': known._full_text}
-    return type('Raw', (rospy.AnyMsg,), passed)
 
 
 class Laboratory:
@@ -194,7 +185,7 @@ def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
     order = pickle.load(requests)
     try:
         laboratory = Laboratory(order, directory)
-    except Failed as failure:
+    except (Failed, NotBuilt) as failure:
         answer((str(failure), None))
         return
     answer(('', None))

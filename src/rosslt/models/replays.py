@@ -11,8 +11,8 @@ import roslib.message
 import rospy
 
 from rosslt import messages, values
-from rosslt.models.laboratory import raw_class
 from rosslt.models.processes import LiveProcess
+from rosslt.models.raw_messages import raw_class
 from rosslt.models.twin import Timed
 
 #: What every node has, and nobody computes from.

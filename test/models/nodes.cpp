@@ -1,0 +1,52 @@
+// Nodes that nobody tracks. The private parameter `kind` says what one computes from `in`, and from `other`.
+#include <deque>
+#include <random>
+#include <string>
+
+#include <ros/ros.h>
+#include <std_msgs/Float64.h>
+
+int main(int argc, char** argv)
+{
+  ros::init(argc, argv, "opaque");
+  ros::NodeHandle node;
+  std::string kind;
+  double gain;
+  ros::param::param<std::string>("~kind", kind, "gain");
+  ros::param::param("~gain", gain, 2.5);
+  ros::Publisher out = node.advertise<std_msgs::Float64>("out", 10);
+  double low_pass = 0.0, sum = 0.0;
+  std::deque<std::pair<ros::WallTime, double>> waiting;
+  std::mt19937 random(std::random_device{}());
+
+  const auto send = [&](double value)
+  {
+    std_msgs::Float64 message;
+    message.data = value;
+    out.publish(message);
+  };
+  const boost::function<void(const std_msgs::Float64::ConstPtr&)> take = [&](const std_msgs::Float64::ConstPtr& message)
+  {
+    const double value = message->data;
+    if (kind == "gain") send(gain * value + 1.0);
+    if (kind == "low_pass") send(low_pass += 0.2 * (value - low_pass));
+    if (kind == "saturation") send(std::min(1.0, value));
+    if (kind == "random") send(value + std::uniform_real_distribution<double>(-1.0, 1.0)(random));
+    if (kind == "sum") send(sum += value);
+    if (kind == "clock") send(value + ros::WallTime::now().toSec());
+    if (kind == "delay") waiting.emplace_back(ros::WallTime::now() + ros::WallDuration(0.2), gain * value);
+  };
+  const boost::function<void(const std_msgs::Float64::ConstPtr&)> take_other =
+      [&](const std_msgs::Float64::ConstPtr& message) { if (kind == "other") send(gain * message->data); };
+  const ros::Subscriber in = node.subscribe<std_msgs::Float64>("in", 10, take);
+  const ros::Subscriber other = node.subscribe<std_msgs::Float64>("other", 10, take_other);
+  const ros::WallTimer timer = node.createWallTimer(ros::WallDuration(0.002), [&](const ros::WallTimerEvent&)
+  {
+    while (!waiting.empty() && waiting.front().first <= ros::WallTime::now())
+    {
+      send(waiting.front().second);
+      waiting.pop_front();
+    }
+  });
+  ros::spin();
+}

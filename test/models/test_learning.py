@@ -1,0 +1,180 @@
+"""`rosslt learn`: what C++ nodes do that nobody tracks, found on copies of them."""
+
+import contextlib
+import math
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+import rosgraph
+import rospy
+
+from support.processes import forget_plain_node, wait_until
+from support.shell import rosslt
+
+pytestmark = pytest.mark.rostest
+
+CODE = Path(__file__).with_name('nodes.cpp')
+STATE_PUBLISHER = '/usr/lib/robot_state_publisher/robot_state_publisher'
+ANGLES = [0.3, -0.7]
+ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/></joint></robot>"""
+
+#: Sends what the nodes hear: the same numbers on both topics.
+TALKER = """
+import math, rospy
+from std_msgs.msg import Float64
+rospy.init_node('talker')
+publishers = [rospy.Publisher(name, Float64, queue_size=1) for name in ('in', 'other')]
+rate, step = rospy.Rate(50), 0
+while not rospy.is_shutdown():
+    step += 1
+    for publisher in publishers:
+        publisher.publish(0.5 + 0.2 * math.sin(0.1 * step))
+    rate.sleep()
+"""
+JOINTS = f"""
+import rospy
+from sensor_msgs.msg import JointState
+rospy.init_node('talker')
+publisher, rate = rospy.Publisher('joint_states', JointState, queue_size=1), rospy.Rate(50)
+while not rospy.is_shutdown():
+    state = JointState(name=['shoulder', 'elbow'], position={ANGLES})
+    state.header.stamp = rospy.Time.now()
+    publisher.publish(state)
+    rate.sleep()
+"""
+
+
+@pytest.fixture(scope='module')
+def program(tmp_path_factory):
+    """The program of `nodes.cpp`."""
+    made = tmp_path_factory.mktemp('opaque') / 'opaque'
+    flags = subprocess.run(
+        ['pkg-config', '--cflags', '--libs', 'roscpp', 'std_msgs'], stdout=subprocess.PIPE, text=True, check=True
+    ).stdout.split()
+    subprocess.run(['g++', '-o', str(made), str(CODE), *flags], check=True)
+    return str(made)
+
+
+@contextlib.contextmanager
+def running(name, *command):
+    process = subprocess.Popen(command)
+    master = rosgraph.Master('/test')
+
+    def is_there():
+        return any(f'{name}/get_loggers' == service for service, _ in master.getSystemState()[2])
+
+    try:
+        wait_until(is_there, f'{name} runs')
+        address = master.lookupNode(name)
+        yield
+    finally:
+        process.kill()
+        process.wait()
+    forget_plain_node(name, address)
+
+
+@pytest.fixture
+def talker(master):
+    with running('/talker', sys.executable, '-c', TALKER):
+        yield
+
+
+def learned(program, kind, *arguments, seconds=2):
+    """What is printed of a kind of node: the dependencies as columns, and what is said."""
+    with running('/opaque', program, f'_kind:={kind}', *arguments):
+        found = rosslt('learn', '/opaque', f'--seconds={seconds}')
+    return found, [line.split('\t') for line in found.stdout.splitlines()]
+
+
+def test_the_slope_of_a_gain_is_that_of_its_parameters(program, talker):
+    found, (row,) = learned(program, 'gain', '_gain:=4.0')
+    assert row[:3] == ['/out/data', '/in/data', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(4.0, rel=1e-9)
+    assert 'on the same messages, it sends the same' in found.stderr
+    assert rosslt('list', '/opaque').returncode == 1  # the live one has become nothing else
+
+
+def test_of_two_that_move_together_the_one_that_matters_is_found(program, talker):
+    found, (row,) = learned(program, 'other')
+    assert row[:3] == ['/out/data', '/other/data', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(2.5, rel=1e-9)
+
+
+def test_what_follows_slowly_or_late_is_waited_for(program, talker):
+    found, (row,) = learned(program, 'low_pass', seconds=5)
+    assert row[:3] == ['/out/data', '/in/data', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(1.0, rel=1e-3)
+    found, (row,) = learned(program, 'delay')
+    assert row[:3] == ['/out/data', '/in/data', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(2.5, rel=1e-6)
+    late = float(found.stderr.split('a change shows after ')[1].split()[0])
+    assert late >= 0.2
+
+
+def test_a_limit_is_said_to_be_one(program, master):
+    with running('/talker', sys.executable, '-c', TALKER.replace('0.5 + 0.2', '1.0 + 0.0')):
+        found, (row,) = learned(program, 'saturation')
+    assert row[:3] == ['/out/data', '/in/data', 'saturated'], found.stderr
+    assert row[3] == 'nan'
+
+
+@pytest.mark.parametrize(
+    ('kind', 'reason'),
+    [
+        ('random', 'the twin of /opaque does not do what it does: /out/data differs by '),
+        ('sum', 'the twin of /opaque does not do what it does: /out/data differs by '),
+        ('nothing', '/opaque has sent nothing within 2 s'),
+    ],
+)
+def test_what_a_twin_does_otherwise_is_refused(program, talker, kind, reason):
+    found, _ = learned(program, kind)
+    assert (found.returncode, found.stdout) == (1, '')
+    assert reason in found.stderr
+
+
+def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
+    rospy.set_param('/robot_description', ARM)
+    with running('/talker', sys.executable, '-c', JOINTS), running(
+        '/robot_state_publisher', STATE_PUBLISHER, '__name:=robot_state_publisher'
+    ):
+        found = rosslt('learn', '/robot_state_publisher')
+    rows = {tuple(line.split('\t')[:2]): line.split('\t') for line in found.stdout.splitlines()}
+    expected = {
+        # in the order of their names
+        (f'/tf/transforms[{1 - joint}]/transform/rotation/{axis}', f'/joint_states/position[{joint}]'): slope
+        for joint, turning in enumerate('zy')
+        for axis, slope in (
+            (turning, math.cos(ANGLES[joint] / 2) / 2),
+            ('w', -math.sin(ANGLES[joint] / 2) / 2),
+        )
+    }
+    assert rows.keys() == expected.keys(), found.stderr
+    for names, slope in expected.items():
+        assert float(rows[names][3]) == pytest.approx(slope, rel=1e-3)
+
+
+def test_what_cannot_be_copied_is_said(master):
+    missing = rosslt('learn', '/nobody')
+    assert (missing.returncode, missing.stderr) == (1, 'rosslt learn: the master knows no node /nobody\n')
+
+
+def test_nothing_to_hear_is_said(master, tmp_path):
+    code = textwrap.dedent(
+        """
+        import rospy
+        from std_msgs.msg import Float64
+        rospy.init_node('alone')
+        publisher, rate = rospy.Publisher('alone', Float64, queue_size=1), rospy.Rate(20)
+        while not rospy.is_shutdown():
+            publisher.publish(1.0)
+            rate.sleep()
+        """
+    )
+    with running('/alone', sys.executable, '-c', code):
+        found = rosslt('learn', '/alone')
+    assert (found.returncode, found.stderr) == (1, 'rosslt learn: /alone has heard no numbers within 2 s: nothing\n')
