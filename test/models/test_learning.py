@@ -12,7 +12,7 @@ import rosgraph
 import rospy
 
 from support.processes import forget_plain_node, wait_until
-from support.shell import rosslt
+from support.shell import record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -114,6 +114,29 @@ def test_what_follows_slowly_or_late_is_waited_for(program, talker):
     assert float(row[3]) == pytest.approx(2.5, rel=1e-6)
     late = float(found.stderr.split('a change shows after ')[1].split()[0])
     assert late >= 0.2
+
+
+def test_a_parameter_moves_what_is_sent(program, talker):
+    with running('/opaque', program, '_kind:=gain', '_gain:=4.0', '_unused:=3'):
+        found = rosslt('learn', '/opaque', '--parameters')
+    rows = [line.split('\t') for line in found.stdout.splitlines()]
+    assert [row[:3] for row in rows] == [
+        ['/out/data', '/in/data', 'smooth'],
+        ['/out/data', '/opaque/gain', 'smooth'],
+    ], found.stderr
+    assert 0.3 <= float(rows[1][3]) <= 0.7  # what was heard last
+    assert float(rows[1][5]) <= -0.39
+    assert float(rows[1][6]) >= 0.39
+
+
+def test_what_was_recorded_in_a_bag_is_played(program, talker, tmp_path):
+    file = str(tmp_path / 'run.bag')
+    with running('/opaque', program, '_kind:=gain'):
+        record_bag(file, 120, '/in', '/out')
+        found = rosslt('learn', '/opaque', '--bag', file)
+    (row,) = (line.split('\t') for line in found.stdout.splitlines())
+    assert row[:3] == ['/out/data', '/in/data', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(2.5, rel=1e-9)
 
 
 def test_a_limit_is_said_to_be_one(program, master):

@@ -4,6 +4,7 @@ The twin hears first what the live node has heard. If it does not send the same,
 something else as well, and nothing is learned. Then its last inputs are changed: `trials` says how.
 """
 
+import contextlib
 import io
 import math
 import time
@@ -17,7 +18,7 @@ from rosslt.models.learned import Learned
 from rosslt.models.processes import LiveProcess
 from rosslt.models.replays import Number, Recording, inputs_and_outputs, numbers_in, stamp_of, stamped, with_numbers
 from rosslt.models.trials import learn
-from rosslt.models.twin import Timed, Twin
+from rosslt.models.twin import Timed, Twin, TwinFailed
 
 #: Two outputs are the same if they differ by this at most, in relation to the largest one there.
 SAME = 1e-6
@@ -65,16 +66,21 @@ def learn_node(
     parameters: Mapping[str, Any],
     recording: Recording,
     most: int = 200,
+    tries_parameters: bool = False,
     say: Callable[[str], None] = lambda text: None,
-) -> Answer:
+) -> List[Answer]:
     """Learn what a node does on a twin.
 
     Args:
         process: the live node's, which is left alone.
         parameters: the tree of all parameters.
         recording: what it has heard and sent.
-        most: trials.
+        most: trials, of its inputs and of its parameters each.
+        tries_parameters: whether its private parameters are changed as well; the twin is started anew for each trial.
         say: is told what is done.
+
+    Returns:
+        what depends on its inputs, and on its parameters if they were tried.
 
     Raises:
         NotLearned: the twin does not do what the node does, or there are no numbers to change or to look at.
@@ -84,7 +90,8 @@ def learn_node(
     if not recording.outputs:
         raise NotLearned(f'{process.node} has sent nothing within {recording.seconds:g} s')
     begin = numbers_in(recording.last(recording.inputs))
-    if not begin:
+    own = _parameters_of(process.node, parameters) if tries_parameters else []
+    if not begin and not own:
         heard = ', '.join(sorted({topic for _, topic, _ in recording.inputs})) or 'nothing'
         raise NotLearned(f'{process.node} has heard no numbers within {recording.seconds:g} s: {heard}')
     with Twin(process, parameters, inputs, outputs) as twin:
@@ -100,8 +107,37 @@ def learn_node(
         at = np.array([value for _, value in begin])
         late = hand.settle(at)
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
-        learned = learn(hand.ask, at, np.where(at == 0, CHANGE_OF_0, CHANGE * np.abs(at)), most=most)
-        return Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated)
+        found = []
+        if begin:
+            learned = learn(hand.ask, at, _sizes(at), most=most)
+            found.append(Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated))
+        if own:
+            numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
+            whole = np.array([type(value) is int for _, value in own])
+            sizes = np.where(whole, np.maximum(1.0, np.round(_sizes(present))), _sizes(present))
+            learned = learn(hand.asker_of_parameters(numbers, whole, at), present, sizes, whole=whole, most=most)
+            found.append(Answer(numbers, hand.outputs, present.tolist(), late, hand.seconds, learned, twin.is_isolated))
+        return found
+
+
+def _parameters_of(node: str, tree: Mapping[str, Any]) -> List[Tuple[Number, Any]]:
+    """The private parameters of a node that are finite numbers, with their values."""
+    found = [('', tree)]
+    for name in node.strip('/').split('/'):
+        found = [(f'{path}/{name}', part[name]) for path, part in found if isinstance(part, dict) and name in part]
+    numbers = []
+    while found:
+        path, part = found.pop()
+        if isinstance(part, dict):
+            found += [(f'{path}/{name}', one) for name, one in part.items()]
+        elif type(part) in (int, float) and math.isfinite(part):
+            numbers.append((Number(path, None, ''), part))
+    return sorted(numbers)
+
+
+def _sizes(at: Array) -> Array:
+    """The largest changes that are tried."""
+    return np.where(at == 0, CHANGE_OF_0, CHANGE * np.abs(at))
 
 
 def difference(recording: Recording, answers: Sequence[Timed]) -> str:
@@ -180,7 +216,7 @@ class _Hand:
             before = self._last(self._hold(at, hold))
             self.outputs = [number for number, _ in numbers_in(before)]
             random = np.random.RandomState(1)
-            moved = at + np.where(at == 0, CHANGE_OF_0, CHANGE * np.abs(at)) * random.uniform(0.2, 1.0, len(at))
+            moved = at + _sizes(at) * random.uniform(0.2, 1.0, len(at))
             answers = self._hold(moved, hold)
             late, stays = self._times(before, answers)
             # What comes every now and then may come once more.
@@ -199,6 +235,28 @@ class _Hand:
             numbers = dict(numbers_in(self._last(self._hold(wanted, self.seconds))))
             found[row] = [numbers.get(one, np.nan) for one in self.outputs]
         return found
+
+    def asker_of_parameters(self, numbers: Sequence[Number], whole: Array, at: Array) -> Callable[[Array], Array]:
+        """A function as `ask`, of parameters: it starts the twin anew for each row.
+
+        Args:
+            numbers: the parameters.
+            whole: which of them are whole numbers.
+            at: the inputs meanwhile.
+        """
+
+        def ask(rows: Array) -> Array:
+            found = np.full((len(rows), len(self.outputs)), np.nan)
+            for row, wanted in enumerate(rows):
+                for number, value, is_whole in zip(numbers, wanted, whole):
+                    self._twin.set_parameter(number.topic, int(value) if is_whole else float(value))
+                with contextlib.suppress(TwinFailed):  # there is no answer with these
+                    self._twin.restart()
+                    self._hold(at, self.seconds)  # from how it starts to where it stays
+                    found[row] = self.ask(at[None])[0]
+            return found
+
+        return ask
 
     def _hold(self, wanted: Array, seconds: float) -> List[Timed]:
         """What comes while the inputs have some values for so long."""

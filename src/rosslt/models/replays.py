@@ -7,6 +7,7 @@ import time
 from typing import Any, Dict, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
+import rosbag
 import roslib.message
 import rospy
 
@@ -23,12 +24,12 @@ _Key = Tuple[str, Hashable]
 
 
 class Number(NamedTuple):
-    """A number of a message.
+    """A number of a message, or a parameter.
 
     Attributes:
-        topic: the full name.
+        topic: the full name of the topic, or of the parameter.
         thing: what the message is about, as `messages.thing_of` names it.
-        path: of the field, `position[2]`.
+        path: of the field, `position[2]`; '' of a parameter.
     """
 
     topic: str
@@ -37,8 +38,8 @@ class Number(NamedTuple):
 
     @property
     def name(self) -> str:
-        """TOPIC/FIELD."""
-        return f'{self.topic}/{self.path.replace(".", "/")}'
+        """TOPIC/FIELD, or the parameter."""
+        return '/'.join(filter(None, (self.topic, self.path.replace('.', '/'))))
 
 
 class Recording(NamedTuple):
@@ -107,8 +108,35 @@ def record(process: LiveProcess, seconds: float) -> Recording:
     rospy.rostime.wallsleep(seconds)
     for subscriber in subscribers:
         subscriber.unregister()
-    types = {topic: roslib.message.get_message_class(name) for topic, name in {**inputs, **outputs}.items()}
-    return Recording(sorted(heard), sorted(sent), types, seconds)
+    return Recording(sorted(heard), sorted(sent), _classes({**inputs, **outputs}), seconds)
+
+
+def recorded(process: LiveProcess, file: str) -> Recording:
+    """Read from a bag what a node has heard and sent.
+
+    Args:
+        process: the node's.
+        file: the path of the bag.
+
+    Raises:
+        OSError, rosbag.ROSBagException: it cannot be read.
+    """
+    inputs, outputs = inputs_and_outputs(process)
+    heard: List[Timed] = []
+    sent: List[Timed] = []
+    with rosbag.Bag(file) as bag:
+        begin, end = bag.get_start_time(), bag.get_end_time()
+        for topic, raw, when, header in bag.read_messages([*inputs, *outputs], raw=True, return_connection_header=True):
+            came = when.to_sec() - begin, topic, bytes(raw[1])
+            if topic in outputs and header.get('callerid') == process.node:
+                sent.append(came)
+            if topic in inputs:
+                heard.append(came)
+    return Recording(sorted(heard), sorted(sent), _classes({**inputs, **outputs}), end - begin)
+
+
+def _classes(types: Mapping[str, str]) -> Dict[str, Any]:
+    return {topic: roslib.message.get_message_class(name) for topic, name in types.items()}
 
 
 def numbers_in(things: Mapping[_Key, Any]) -> List[Tuple[Number, float]]:
