@@ -193,7 +193,7 @@ def test_a_copy_that_crashes_gives_its_last_lines(master, isolate, tmp_path):
     with running('/once', *script(tmp_path, code)):
         process = live_process(rosgraph.Master('/test'), '/once')
         twin = Twin(process, {}, {'/x': 'std_msgs/Float64'}, {}, isolate=isolate)
-        with pytest.raises(TwinFailed, match='(?s)/once has ended with status 1.*FileExistsError'), twin:
+        with pytest.raises(TwinFailed, match=r'(?s)/once has ended with status 1.*FileExistsError'), twin:
             pass
 
 
