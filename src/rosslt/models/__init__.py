@@ -7,6 +7,7 @@ SciPy.
 from rosslt.models.learned import Dependency, Learned
 from rosslt.models.learning import Answer, NotLearned, learn_node
 from rosslt.models.processes import LiveProcess, NotCopied, live_process
+from rosslt.models.raw_messages import NotBuilt
 from rosslt.models.replays import Number, record, recorded
 from rosslt.models.trials import learn
 from rosslt.models.twin import Twin, TwinFailed

@@ -35,7 +35,6 @@ _NOT_COPIED = ('__master:=', '__ip:=', '__hostname:=', '__log:=')
 # from the headers of Linux
 _SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 1
 _MS_BIND = 4096
-_PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
@@ -124,7 +123,6 @@ class Laboratory:
                 stdout=output,
                 stderr=output,
                 start_new_session=True,
-                preexec_fn=lambda: _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL),
             )
 
     def _receive(self, message: Any, topic: str) -> None:

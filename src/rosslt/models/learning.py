@@ -23,8 +23,8 @@ from rosslt.models.twin import Timed, Twin, TwinFailed
 #: Two outputs are the same if they differ by this at most, in relation to the largest one there.
 SAME = 1e-6
 
-#: The part of a replay whose answers are compared: before it, the twin may still have another state; behind it, what the
-#: live node has sent may not have come.
+#: The part of a replay whose answers are compared: before it, the twin may still have another state; behind it, not all
+#: that the live node has sent may have come.
 COMPARED = 0.5, 0.9
 
 #: A change is waited for as long as this, in seconds, until its outputs stay as they are.

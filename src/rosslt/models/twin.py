@@ -127,7 +127,8 @@ class Twin:
 
     def _ask(self, request: object) -> Any:
         to, back = self._laboratory.stdin, self._laboratory.stdout
-        assert to is not None and back is not None
+        assert to is not None
+        assert back is not None
         try:
             pickle.dump(request, to)
             to.flush()

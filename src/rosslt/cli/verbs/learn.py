@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> None:
             start_node()
             recording = models.record(process, options.seconds)
         answers = models.learn_node(process, master.getParam('/'), recording, options.most, options.parameters, _say)
-    except (models.NotCopied, models.NotLearned, models.TwinFailed) as error:
+    except (models.NotBuilt, models.NotCopied, models.NotLearned, models.TwinFailed) as error:
         raise Failure(str(error)) from None
     for answer in answers:
         _show(answer)
