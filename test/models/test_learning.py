@@ -134,6 +134,7 @@ def test_what_was_recorded_in_a_bag_is_played(program, talker, tmp_path):
     with running('/opaque', program, '_kind:=gain'):
         record_bag(file, 120, '/in', '/out')
         found = rosslt('learn', '/opaque', '--bag', file)
+    assert found.returncode == 0, found.stderr
     (row,) = (line.split('\t') for line in found.stdout.splitlines())
     assert row[:3] == ['/out/data', '/in/data', 'smooth'], found.stderr
     assert float(row[3]) == pytest.approx(2.5, rel=1e-9)

@@ -8,6 +8,7 @@ import ctypes
 import fcntl
 import os
 import pickle
+import re
 import select
 import signal
 import socket
@@ -31,6 +32,9 @@ _LAST_LINES = 10
 
 #: Remappings that would lead a copy to the live master, or to its log.
 _NOT_COPIED = ('__master:=', '__ip:=', '__hostname:=', '__log:=')
+
+#: A private parameter: the master has it, as it may have been changed since.
+_PARAMETER = re.compile('_[^_].*:=')
 
 # from the headers of Linux
 _SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 1
@@ -115,7 +119,7 @@ class Laboratory:
         environment.pop('ROS_HOSTNAME', None)
         with open(self._output, 'wb') as output:
             return subprocess.Popen(
-                [one for one in process.arguments if not one.startswith(_NOT_COPIED)],
+                [one for one in process.arguments if not (one.startswith(_NOT_COPIED) or _PARAMETER.match(one))],
                 executable=process.executable,
                 cwd=process.directory,
                 env=environment,

@@ -122,7 +122,7 @@ def learn_node(
 
 def _parameters_of(node: str, tree: Mapping[str, Any]) -> List[Tuple[Number, Any]]:
     """The private parameters of a node that are finite numbers, with their values."""
-    found = [('', tree)]
+    found: List[Tuple[str, Any]] = [('', tree)]
     for name in node.strip('/').split('/'):
         found = [(f'{path}/{name}', part[name]) for path, part in found if isinstance(part, dict) and name in part]
     numbers = []

@@ -128,7 +128,7 @@ def recorded(process: LiveProcess, file: str) -> Recording:
         begin, end = bag.get_start_time(), bag.get_end_time()
         for topic, raw, when, header in bag.read_messages([*inputs, *outputs], raw=True, return_connection_header=True):
             came = when.to_sec() - begin, topic, bytes(raw[1])
-            if topic in outputs and header.get('callerid') == process.node:
+            if topic in outputs and header.get('callerid', b'').decode() == process.node:
                 sent.append(came)
             if topic in inputs:
                 heard.append(came)
