@@ -16,7 +16,9 @@ import itertools
 import keyword
 import tokenize
 from collections import Counter
-from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
+from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set, Tuple
+
+from rosslt import files
 
 _Position = Tuple[int, int]
 """A line, counted from 1, and a column in bytes, from 0, as a syntax tree gives them."""
@@ -50,6 +52,7 @@ def identities(tree: ast.AST, text: str, nodes: Sequence[Tuple[ast.expr, str]]) 
         nodes: the expressions, with their kinds: the numbers of one do not count for others of its kind.
     """
     statements = list(_statements(text))
+    ends = files.last_ends(tree)
     begins = [statement[0].start for statement in statements]
     around = _around(tree, {node for node, _ in nodes})
     items = [
@@ -60,16 +63,26 @@ def identities(tree: ast.AST, text: str, nodes: Sequence[Tuple[ast.expr, str]]) 
     for item in sorted(items, key=lambda item: item[:2]):
         by_statement.setdefault((_last_up_to(item.start, begins), item.kind), []).append(item)
     known: Dict[_Item, Tuple[str, ...]] = {}
+    with_comma: Dict[_Item, Tuple[str, ...]] = {}  # of the last ones of lists without one, as if they had it
     for (at, _), alike in by_statement.items():
         words, numbers = _without_numbers(statements[at], alike)
+        bare = {
+            row: f'{words[row][: -len(rest)] if rest else words[row]} ,' for row, rest in _closing(statements[at], ends)
+        }
         counts: Counter = Counter()
         for item in alike:
             row = item.start[0]
             known[item] = item.kind, f'{words.get(row, "")}\n{counts[row]}', ' '.join(numbers)
+            if row in bare:
+                with_comma[item] = item.kind, f'{bare[row]}\n{counts[row]}', ' '.join(numbers)
             counts[row] += 1
+    functions = {item: around[node].function for item, (node, _) in zip(items, nodes)}
+    keys = {(functions[item], *words) for item, words in known.items()}
     groups: Dict[Tuple[str, ...], List[int]] = {}
     for index in sorted(range(len(items)), key=lambda index: items[index][:2]):
-        groups.setdefault((around[nodes[index][0]].function, *known[items[index]]), []).append(index)
+        item = items[index]
+        key = functions[item], *with_comma.get(item, ())
+        groups.setdefault(key if key in keys else (functions[item], *known[item]), []).append(index)
     found = [''] * len(items)
     for group, indices in groups.items():
         for index in indices:
@@ -128,6 +141,23 @@ def _without_numbers(statement: List[_Token], items: List[_Item]) -> Tuple[Dict[
             numbers.append(word)
         words[token.start[0]] = f'{words.get(token.start[0], "")} {word}' if word else words.get(token.start[0], '')
     return words, numbers
+
+
+def _closing(statement: List[_Token], ends: Mapping[int, int]) -> Iterator[Tuple[int, str]]:
+    """Yield each line of a statement in which the last one of a list ends without a comma, with the words of the
+    brackets behind it.
+
+    Args:
+        ends: as of `files.last_ends`.
+    """
+    rows: Dict[int, str] = {}
+    for token in statement:
+        row, column = token.start
+        if row in ends and column >= ends[row]:
+            rows[row] = f'{rows[row]} {token.text}' if row in rows else f' {token.text}'
+    for row, _ in itertools.groupby(token.start[0] for token in statement):
+        if row in ends and not rows.get(row, '').strip(files.CLOSING):
+            yield row, rows.get(row, '')
 
 
 class _Lines:
