@@ -16,15 +16,14 @@ import itertools
 import keyword
 import tokenize
 from collections import Counter
-from typing import Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set, Tuple
-
-from rosslt import files
+from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 
 _Position = Tuple[int, int]
 """A line, counted from 1, and a column in bytes, from 0, as a syntax tree gives them."""
 
 #: Tokens without meaning for the computation of a line.
 _LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
+_OPENING, _CLOSING = frozenset('([{'), frozenset(')]}')
 _COMPOUND = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.AsyncFor, ast.AsyncWith)
 
 
@@ -52,7 +51,6 @@ def identities(tree: ast.AST, text: str, nodes: Sequence[Tuple[ast.expr, str]]) 
         nodes: the expressions, with their kinds: the numbers of one do not count for others of its kind.
     """
     statements = list(_statements(text))
-    ends = files.last_ends(tree)
     begins = [statement[0].start for statement in statements]
     around = _around(tree, {node for node, _ in nodes})
     items = [
@@ -66,9 +64,7 @@ def identities(tree: ast.AST, text: str, nodes: Sequence[Tuple[ast.expr, str]]) 
     with_comma: Dict[_Item, Tuple[str, ...]] = {}  # of the last ones of lists without one, as if they had it
     for (at, _), alike in by_statement.items():
         words, numbers = _without_numbers(statements[at], alike)
-        bare = {
-            row: f'{words[row][: -len(rest)] if rest else words[row]} ,' for row, rest in _closing(statements[at], ends)
-        }
+        bare = {row: f'{words[row][: len(words[row]) - len(rest)]} ,' for row, rest in _closing(statements[at]).items()}
         counts: Counter = Counter()
         for item in alike:
             row = item.start[0]
@@ -143,21 +139,26 @@ def _without_numbers(statement: List[_Token], items: List[_Item]) -> Tuple[Dict[
     return words, numbers
 
 
-def _closing(statement: List[_Token], ends: Mapping[int, int]) -> Iterator[Tuple[int, str]]:
-    """Yield each line of a statement in which the last one of a list ends without a comma, with the words of the
-    brackets behind it.
-
-    Args:
-        ends: as of `files.last_ends`.
-    """
-    rows: Dict[int, str] = {}
-    for token in statement:
-        row, column = token.start
-        if row in ends and column >= ends[row]:
-            rows[row] = f'{rows[row]} {token.text}' if row in rows else f' {token.text}'
-    for row, _ in itertools.groupby(token.start[0] for token in statement):
-        if row in ends and not rows.get(row, '').strip(files.CLOSING):
-            yield row, rows.get(row, '')
+def _closing(statement: List[_Token]) -> Dict[int, str]:
+    """{line in which the last one of several lines in brackets ends without a comma: the words of the brackets behind
+    it}, if nothing else stands there."""
+    separators: List[int] = []  # of each open bracket, or the comma behind the one before
+    ends: Dict[int, int] = {}  # the first bracket behind the outermost one
+    for index, token in enumerate(statement):
+        if token.text in _OPENING:
+            separators.append(index)
+        elif token.text == ',' and separators:
+            separators[-1] = index
+        elif token.text in _CLOSING and separators:
+            before = separators.pop()
+            if before + 1 < index and statement[before].start[0] < statement[before + 1].start[0]:
+                ends[statement[index - 1].start[0]] = index
+    found = {}
+    for row, end in ends.items():
+        behind = [token.text for token in itertools.takewhile(lambda one: one.start[0] == row, statement[end:])]  # noqa: B023
+        if _CLOSING.issuperset(behind):
+            found[row] = ''.join([f' {text}' for text in behind])
+    return found
 
 
 class _Lines:
