@@ -59,7 +59,6 @@ from rosslt.node.locations.location import LiteralLocation, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.row_edits import (
     SCRIPT_TEXT,
-    add_rows,
     edit_row,
     in_row,
     is_in_script,

@@ -74,6 +74,7 @@ def described(location: Location, lock: str = '', at_next_start: str = '', holde
         weight=location.weight or 0.0,
         rank=location.rank,
         row=location.row,
+        row_holds_none=location.row_holds_none,
     )
 
 
