@@ -45,9 +45,20 @@ int main(int argc, char** argv) {
 }
 """
 
+PYTHON = """#!/usr/bin/env python3
+import rospy
+from geometry_msgs.msg import Point
+
+rospy.init_node('plain')
+gain, publisher = rospy.get_param('~gain'), rospy.Publisher('~sent', Point, queue_size=1)
+while not rospy.is_shutdown():
+    publisher.publish(Point(x=gain))
+    rospy.sleep(0.02)
+"""
+
 LAUNCH = """<launch>
   <!-- <param name="gain" value="1.50"/> -->
-  <node pkg="cpp_package" type="cpp_node" name="{name}" {options}>
+  <node pkg="cpp_package" type="{kind}" name="{name}" {options}>
     <param name="gain" value="1.50"/>
     <param name="double_" value="2.50"/>
     <rosparam>
@@ -71,6 +82,8 @@ def packages(tmp_path_factory):
         '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
     )
     (package / 'node.cpp').write_text(NODE)
+    (package / 'plain.py').write_text(PYTHON)
+    (package / 'plain.py').chmod(0o755)
     libraries = subprocess.check_output(
         ['pkg-config', '--cflags', '--libs', 'roscpp', 'dynamic_reconfigure'], text=True
     )
@@ -84,9 +97,10 @@ def launch(master, packages, tmp_path):
     """Starts the launch file: called with the name of the node, attributes of it, and options of `rosslt launch`."""
     with contextlib.ExitStack() as stack:
 
-        def start(name, attributes='', *options):
+        def start(name, attributes='', *options, kind='cpp_node'):
             file, log = tmp_path / f'{name}.launch', tmp_path / f'{name}.log'
-            file.write_text(LAUNCH.format(name=name, options=attributes))
+            said = LAUNCH.format(name=name, options=attributes, kind=kind)
+            file.write_text(said)
             (tmp_path / 'more.yaml').write_text('limits: {low: -1.0, is_strict: true, frame: map}\n')
             environment = dict(os.environ, ROS_PACKAGE_PATH=f'{packages}:{os.environ["ROS_PACKAGE_PATH"]}')
             words = ['rosslt', 'launch', '--no-markers', *options, str(file)]
@@ -98,7 +112,7 @@ def launch(master, packages, tmp_path):
             stack.callback(heard.stop)
             wait_until(lambda: rosslt('list', f'/{name}').returncode == 0, 'its parameters')
             owner = rosslt('list', f'/{name}').stdout.split('//')[0]
-            return SimpleNamespace(file=file, log=log, process=process, owner=owner, heard=heard)
+            return SimpleNamespace(file=file, said=said, log=log, process=process, owner=owner, heard=heard)
 
         yield start
 
@@ -133,9 +147,7 @@ def test_parameters_of_a_node_in_cpp_are_changed_and_saved(launch):
     assert rosslt('set', '/tuned/~offsets/1', '-3.5').returncode == 0
     sends(launched, x=1.5, y=-3.5)
     assert rosslt('save', launched.owner).returncode == 0
-    assert launched.file.read_text() == LAUNCH.format(name='tuned', options='required="true"').replace(
-        ' 10.50]', ' -3.50]'
-    )
+    assert launched.file.read_text() == launched.said.replace(' 10.50]', ' -3.50]')
     said = launched.log.read_text()
     assert [said.count(f'/tuned is started again: {one}') for one in ('gain is 2.25', 'gain is 1.5')] == [1, 1]
     assert '/tuned is started again: offsets/1 is -3.5' in said
@@ -208,3 +220,11 @@ def test_what_others_set_starts_no_node_again(launch):
     assert rosslt('set', '/left/double_', '4').returncode == 0
     sends(launched, x=1.5, z=4.0)
     assert pid('/left') == running
+
+
+def test_a_node_in_python_that_runs_as_it_is_is_treated_alike(launch):
+    launched = launch('plain', '', '--except', 'plain', kind='plain.py')
+    sends(launched, x=1.5)
+    assert rosslt('set', '/plain/gain', '2.25').returncode == 0
+    sends(launched, x=2.25)
+    assert '/plain is started again: gain is 2.25' in launched.log.read_text()

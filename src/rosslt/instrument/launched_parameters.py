@@ -33,10 +33,11 @@ class LaunchedParameters:
     def __init__(
         self, nodes: List[Any], parameters: List[str], origins: _Origins, monitor: Any, restarts: bool
     ) -> None:
+        self._monitor = monitor
         self._nodes: List[_LaunchedNode] = []
-        given: List[Tuple[_LaunchedNode, str]] = []
+        self._given: List[Tuple[_LaunchedNode, str]] = []
         # A text without `said` is that of a file, such as a robot's description.
-        told = {name: origin for name, origin in origins.items() if origin['said'] is not None}
+        self._told = told = {name: origin for name, origin in origins.items() if origin['said'] is not None}
         for one in nodes:
             name = ns_join(one.namespace, one.name)
             own = [
@@ -45,20 +46,27 @@ class LaunchedParameters:
             process = monitor.get_process(one.process_name) if own and one.process_name else None
             if process is not None:
                 self._nodes.append(_LaunchedNode(name, process, monitor, restarts))
-                given += [(self._nodes[-1], key) for key in own]
-        if given:
+                self._given += [(self._nodes[-1], key) for key in own]
+        if self._given:
+            # In a thread of its own, as rospy waits for the master, which ends if somebody ends the launch.
+            threading.Thread(target=self._own, name='rosslt launch', daemon=True).start()
+
+    def _own(self) -> None:
+        keys = [key for _, key in self._given]
+        try:
             rospy.init_node(node.LAUNCH, anonymous=True, disable_rosout=True, disable_signals=True, argv=[])
             node.start()
-            site = _sites({name: origin for name, origin in told.items() if any(_is_in(key, name) for _, key in given)})
-            for reader, key in given:
+            site = _sites({name: one for name, one in self._told.items() if any(_is_in(key, name) for key in keys)})
+            for reader, key in self._given:
                 node.own_parameter_of(reader, key, site)
+        except (*node.NO_MASTER, rospy.ROSException) as error:
+            if not self._monitor.is_shutdown:
+                _say(f'the parameters of nodes that run as they are cannot be changed: {error}')
 
     def end(self) -> None:
-        """Leave the master, once no node is being started."""
+        """Wait until no node is being started."""
         for one in self._nodes:
             one.end()
-        if self._nodes:
-            node.leave()
 
 
 class _LaunchedNode:

@@ -2,7 +2,6 @@
 
 from typing import Callable, Dict, Tuple
 
-import rosgraph
 import rospy
 from dynamic_reconfigure.msg import BoolParameter, Config, DoubleParameter, IntParameter, StrParameter
 from dynamic_reconfigure.srv import Reconfigure
@@ -12,6 +11,7 @@ from rosslt.node.api import started
 from rosslt.node.locations.call_sites import CallSite
 from rosslt.node.locations.location import Defaults, Location, ParameterLocation
 from rosslt.node.locations.others_parameter import OthersParameter, Reader
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.service_calls import call_service
 
 #: The name of `rosslt launch` as a node, to which its process and time are added.
@@ -62,7 +62,7 @@ def reconfigure(node: str, parameter: str, value: Scalar) -> bool:
     try:
         started('reconfigure').parameters.server.master.lookupService(service)
         present = _in(rospy.wait_for_message(f'{node}/parameter_updates', Config, TIMEOUT))
-    except (rosgraph.MasterException, rospy.ROSException):
+    except (*NO_MASTER, rospy.ROSException):
         return False
     if parameter not in present:
         return False
