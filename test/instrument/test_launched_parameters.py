@@ -146,7 +146,8 @@ def test_parameters_of_a_node_in_cpp_are_changed_and_saved(launch):
     sends(launched, x=1.5, y=10.5)
     assert rosslt('set', '/tuned/~offsets/1', '-3.5').returncode == 0
     sends(launched, x=1.5, y=-3.5)
-    assert rosslt('save', launched.owner).returncode == 0
+    assert rosslt('save', '/tune').returncode == 1
+    assert lines('save', '/tuned')[0][1:3] == ['10.50', '-3.50']
     assert launched.file.read_text() == launched.said.replace(' 10.50]', ' -3.50]')
     said = launched.log.read_text()
     assert [said.count(f'/tuned is started again: {one}') for one in ('gain is 2.25', 'gain is 1.5')] == [1, 1]

@@ -112,6 +112,18 @@ def tracked_node(master: rosgraph.Master, text: str) -> str:
     raise Failure(f'there is no node {name} with locations{did_it_begin_with(name, state.tracked_nodes)}')
 
 
+def node_to_save(master: rosgraph.Master, text: str) -> Tuple[str, str]:
+    """The full name of a node that has locations, and what the names of those that a text means begin with: '' for all,
+    as of that node; if it is one that runs as it is, the name of its parameters at the `rosslt launch` that owns them.
+
+    Raises:
+        Failure: there is none of that name.
+    """
+    name, nodes = full_name(text), tracked_nodes(master)
+    owned = None if name in nodes else _owned_for(name, nodes)
+    return (tracked_node(master, text), '') if owned is None else (owned[0], name + '/')
+
+
 def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     """NODE/LOCATION as (the node's full name, what it calls the location).
 
