@@ -100,7 +100,7 @@ class _LaunchedNode:
 
     def take(self, location: node.Location, value: Scalar) -> None:
         parameter = location.name[len(self.name) + 1 :]
-        is_done = self._is_reconfigured[location.name] = node.reconfigure(self.name, parameter, value)
+        is_done = self._is_reconfigured[location.name] = node.reconfigure_parameter(self.name, parameter, value)
         if is_done:
             return
         if not self._restarts:

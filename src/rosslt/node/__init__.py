@@ -88,8 +88,9 @@ from rosslt.node.memory.rounds import begins_round
 from rosslt.node.namesake import where_it_runs
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.mirror import kept_of
-from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of, reconfigure
+from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.reconfigure import reconfigure_parameter
 from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
