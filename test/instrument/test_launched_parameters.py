@@ -101,7 +101,7 @@ def launch(master, packages, tmp_path):
             file, log = tmp_path / f'{name}.launch', tmp_path / f'{name}.log'
             said = LAUNCH.format(name=name, options=attributes, kind=kind)
             file.write_text(said)
-            (tmp_path / 'more.yaml').write_text('limits: {low: -1.0, is_strict: true, frame: map}\n')
+            (tmp_path / 'more.yaml').write_text('limits: {low: -1.0, is_strict: true, frame: map}\nnothing: .nan\n')
             environment = dict(os.environ, ROS_PACKAGE_PATH=f'{packages}:{os.environ["ROS_PACKAGE_PATH"]}')
             words = ['rosslt', 'launch', '--no-markers', *options, str(file)]
             with log.open('w') as printed:
@@ -218,6 +218,8 @@ def test_what_others_set_starts_no_node_again(launch):
     running = pid('/left')
     rospy.set_param('/left/gain', 6.5)
     wait_until(lambda: lines('get', '/left/gain') == [['6.5']], 'its value')
+    rospy.set_param('/left/offsets', [0.0, 1.0, 2.0])
+    wait_until(lambda: rosslt('get', '/left/offsets/2').stdout == '2.0\n', 'a further element')
     assert rosslt('set', '/left/double_', '4').returncode == 0
     sends(launched, x=1.5, z=4.0)
     assert pid('/left') == running

@@ -2,6 +2,7 @@
 node again when a parameter has changed that it reads at its start."""
 
 import contextlib
+import math
 import threading
 import time
 from typing import Any, Callable, Dict, List, Tuple
@@ -36,8 +37,7 @@ class LaunchedParameters:
         self._monitor = monitor
         self._nodes: List[_LaunchedNode] = []
         self._given: List[Tuple[_LaunchedNode, str]] = []
-        # A text without `said` is that of a file, such as a robot's description.
-        self._told = told = {name: origin for name, origin in origins.items() if origin['said'] is not None}
+        self._told = told = {name: origin for name, origin in origins.items() if _is_told(origin['said'])}
         for one in nodes:
             name = ns_join(one.namespace, one.name)
             own = [
@@ -162,6 +162,11 @@ def _say(text: str) -> None:
     roslaunch.core.printlog_bold(text)
 
 
+def _is_told(said: Any) -> bool:
+    """Return whether a scalar can be a location; None stands for the text of a file, such as a robot's description."""
+    return said is not None and not (isinstance(said, float) and not math.isfinite(said))
+
+
 def _is_in(key: str, name: str) -> bool:
     """Return whether a scalar is a parameter or in it."""
     return name == key or name.startswith(key + '/')
@@ -186,4 +191,12 @@ def _sites(origins: _Origins) -> Callable[[str], node.CallSite]:
             line = content.count(b'\n', 0, start) + 1
             column = start - (content.rfind(b'\n', 0, start) + 1) + 1
             found[place.location.name] = node.CallSite(file, line, column, '')
-    return lambda name: next(site for one, site in found.items() if _is_in(name, one))
+
+    def site(name: str) -> node.CallSite:
+        while True:
+            there = next((site for one, site in found.items() if _is_in(name, one)), None)
+            if there is not None:
+                return there
+            name = name.rpartition('/')[0]  # somebody else has set it, as a further element of a list
+
+    return site
