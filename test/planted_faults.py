@@ -237,8 +237,8 @@ FAULTS = [
     Fault(
         'numbers_below_an_edit_that_are_lost',
         'files/python_source.py',
-        "template = source.text[start:end].rstrip('\\r\\n')",
-        "template = f'{line}:' + source.text[start:end].rstrip('\\r\\n')",
+        'template = (source.text[start:last]',
+        "template = f'{line}:' + (source.text[start:last]",
         ('test/files/test_python_source.py',),
     ),
     Fault(

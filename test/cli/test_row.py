@@ -137,6 +137,26 @@ def undone(name, operation, place, when='has the rows as they are now'):
     assert result.stderr == (f'rosslt undo: /{name.split("/")[1]} {when}\n')
 
 
+def test_a_last_row_without_a_comma_stays_itself_when_it_gets_one(master, tmp_path):
+    with patrol(tmp_path, 'herald') as node:
+        ids = [line.split('\t')[:4] for line in rosslt('list', '/herald').stdout.splitlines()]
+        door, added = '(2.25, 1.0),  # the door\n', '    (9.5, 8.5)\n'
+        node.file.write_text(node.file.read_text().replace('(2.25, 1.0)  # the door\n', door + added))
+        told = 'nothing to save, but herald.py: line 8 changed in other ways, which needs a restart of the node\n'
+        assert rosslt('save', '/herald').stderr == f'rosslt save: {told}'
+        assert [line.split('\t')[:4] for line in rosslt('list', '/herald').stdout.splitlines()] == ids
+        assert rosslt('set', '/herald/WAYPOINTS_2_0', '7.5').returncode == 0
+        assert rosslt('save', '/herald').returncode == 0
+        assert f'    (7.50, 1.0),  # the door\n{added}]' in node.file.read_text()
+        assert rosslt('set', '/herald/WAYPOINTS_2_1', '6.5').returncode == 0
+        text = node.file.read_text()
+    with Unmodified(tmp_path, 'herald', text):
+        wait_until(lambda: 'WAYPOINTS_3_1' in rosslt('list', '/herald').stdout, 'its numbers are known')
+        names = ['2_0', '2_1', '3_0', '3_1']
+        values = [rosslt('get', f'/herald/WAYPOINTS_{name}').stdout for name in names]
+        assert values == ['7.5\n', '6.5\n', '9.5\n', '8.5\n']
+
+
 def test_each_row_edit_is_undone_the_latest_first(master, tmp_path):
     with patrol(tmp_path, 'sentry') as node:
         texts, done = [node.file.read_text()], []

@@ -489,3 +489,13 @@ def test_a_diff_has_as_many_lines_around_a_change_as_are_asked_for(tmp_path):
     edits = source.edits({0: 2})
     assert unified_diff(edits).count('\n a') == 3
     assert unified_diff(edits, context=100).count('\n a') == 9
+
+
+@pytest.mark.parametrize('exactly', [False, True])
+@pytest.mark.parametrize('closing', ['\n]', ']'])
+def test_the_last_row_of_a_list_stays_itself_when_it_gets_a_comma(closing, exactly):
+    old = source(f'A = [\n    (1, 2),\n    (3, 4){closing}\nB = [\n    5\n]\n'.encode())
+    new = source(f'A = [\n    (1, 2),\n    (3, 4),\n    (6, 7){closing}\nB = [\n    5,\n    8]\n'.encode())
+    result = followed(old, new, exactly=exactly)
+    pairs = [(old.literals[one].value, new.literals[other].value) for one, other in result.literals.items()]
+    assert sorted(pairs) == [(number, number) for number in (1, 2, 3, 4, 5)]

@@ -10,12 +10,14 @@ import pytest
 from rosslt.files import (
     Edit,
     FileError,
+    SourceText,
     beside,
     digest_of,
     inline_row_edits,
     python_row_additions,
     python_row_edits,
     replaced,
+    rows_of_numbers,
     taking_back,
 )
 from rosslt.files.rows import OPERATIONS, index_after, index_before, operate
@@ -400,3 +402,43 @@ def test_elements_are_found_where_they_were_before_an_operation(operation):
 
 def test_no_rows_added_change_nothing():
     assert with_rows(LIST, ['4.0']) == LIST
+
+
+ROWS = """\
+home = 0.5
+for x, y in [(1, 2),
+             (3, -4)]:
+    goto(x, y, 1.0)
+    goto(x,
+         y, home + 2)
+    wait(1)
+STOPS = {'a': 7, 'b': [
+    1.5,
+    -2.5]}
+ODD = [
+    (1, 2),
+    (1, 2, 3),
+]
+ONE_LINE = [(1, 2), (3, 4)]
+"""
+
+
+def test_the_row_of_each_number_is_known():
+    found = rows_of_numbers(SourceText('a.py', ROWS.encode()))
+    table, calls = '2:14', '4:5'
+    expected = ['', *[table + '[0]'] * 2, *[table + '[1]'] * 2, calls + '[0]', calls + '[1]']
+    assert found == expected + [''] * (len(found) - len(expected))
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_a_known_row_is_the_one_that_is_deleted(seed):
+    layout = RowText(random.Random(seed), is_yaml=False)
+    source = SourceText('a.py', layout.text.encode())
+    rows = rows_of_numbers(source)
+    assert any(rows) == (len(layout.read(layout.text)[0]) > 1)
+    for literal, row in zip(source.numbers, rows):
+        if row:
+            edits = python_row_edits('a.py', source.content, literal.line, literal.column, 'delete')
+            left = Counter(one.value for one in SourceText('a.py', replaced(source.content, edits)).numbers)
+            gone = Counter(one.value for one, of in zip(source.numbers, rows) if of == row)
+            assert left + gone == Counter(one.value for one in source.numbers)

@@ -1,5 +1,7 @@
 """Rows of a list, waypoints say, which are duplicated, moved and deleted in the menus of their handles."""
 
+import subprocess
+
 import pytest
 
 from support.processes import wait_until
@@ -100,3 +102,44 @@ def test_a_waypoint_is_duplicated_moved_and_refused_in_its_menu(hand, tmp_path):
         hand.choose('/stops::2', 'Delete')
         said(hand, '/stops::2', 'WAYPOINTS_2_0 is changed, and not saved: `rosslt save /patrol` first')
         assert node.file.read_text() == twice
+
+
+def row_ids(hand, name):
+    """The ids of the entries of a handle's submenu `Row`, which say of which number they are."""
+    entries = hand.marker(name).menu_entries
+    rows = [entry.id for entry in entries if entry.title == 'Row']
+    return [entry.id for entry in entries if entry.parent_id in rows]
+
+
+def test_a_call_of_a_live_script_has_the_same_menu(hand, tmp_path):
+    first, second = 'goto(2.0, 1.00, lift + 1.5)  # in\n', 'goto(-1, 2, lift)\n'
+    text = 'lift = 0.25\n' + first + '\n' + second
+    file = tmp_path / 'tour.script'
+    file.write_text(text)
+    process = subprocess.Popen(['rosrun', 'rosslt', 'interactive_script', f'_file:={file}', '__name:=tour'])
+    try:
+        wait_until(lambda: 'Row' in titles(hand, '/waypoint')[0], lambda: titles(hand, '/waypoint'))
+        assert titles(hand, '/waypoint')[1] == ['Duplicate', 'Delete', 'Move up', 'Move down']
+        changed = [title for title in titles(hand, '/waypoint')[0] if '(default)' in title]
+        free = 'tour.script:2:6, tour.script:2:11, tour.script:1:8'
+        assert changed == [f'[x] {free} (default)'], 'a row of a script holds none'
+        listed, ids = rosslt('list', '/tour').stdout, row_ids(hand, '/waypoint')
+        hand.choose('/waypoint', 'Move up')
+        said(hand, '/waypoint', 'nothing is written: tour.script:2:1: it is the first row of its list')
+        for title, done, after in (
+            ('Duplicate', 'duplicated line 2', first * 2 + '\n' + second),
+            ('Move down', 'moved line 2 down', second[:-1] + '\n\n' + first),
+            ('Delete', 'deleted line 2', '\n' + second),
+        ):
+            hand.choose('/waypoint', title)
+            said(hand, '/waypoint', f'{done} in tour.script; /tour runs the script again')
+            assert file.read_text() == 'lift = 0.25\n' + after
+            wait_until(lambda: rosslt('list', '/tour').stdout != listed, 'the script runs again')
+            undone = rosslt('undo', '/tour')
+            assert undone.stderr == 'rosslt undo: /tour runs the script again\n'
+            assert file.read_text() == text
+            wait_until(lambda: rosslt('list', '/tour').stdout == listed, 'the script runs as before')
+            wait_until(lambda: row_ids(hand, '/waypoint') == ids, 'the menu is of the first row again')
+    finally:
+        process.terminate()
+        process.wait(60)

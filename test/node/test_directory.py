@@ -82,6 +82,16 @@ def test_a_single_row_of_a_table_is_what_a_thing_has_for_itself():
     assert directory.own_first([scale, line, x]) == [x, scale, line]
 
 
+def test_a_row_that_holds_none_is_known_and_leaves_all_numbers_free():
+    directory, (x, scale) = told('f.py:3:1[1]', 'f.py:3:1[1]', row_holds_none=True)
+    _, outside = told('', '', '')
+    thing = [values.track(2.0, x) * values.track(3.0, outside[2])]
+    assert directory.held(thing) == []
+    assert directory.shared(thing, [], [outside[2]]) == []
+    assert directory.own_first([outside[2], x]) == [outside[2], x]
+    assert [place.source for place in directory.rows_of([scale, x])] == [scale]
+
+
 def test_what_other_things_come_from_stays_if_the_rest_is_enough():
     """A gate beside a dock; the tip of an arm of three joints whose elbows are shown."""
     directory, (dock, beside, angle, *joints) = told(*[''] * 6)

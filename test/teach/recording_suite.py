@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from support.fork_server import Program
+from support.packages import launched, package_of_node
 from support.processes import wait_until
 from support.shell import failure, rosslt
 from support.unmodified import Unmodified
@@ -64,6 +65,29 @@ while not rospy.is_shutdown():
     send(home, HOME, rospy.get_param('/height'))
     send(odd, ODD[0][0], ODD[0][1])
     rospy.sleep(0.02)
+"""
+
+#: A node whose goal is the first of the rows of a parameter.
+ROUTE = """import rospy
+from geometry_msgs.msg import PoseStamped
+
+rospy.init_node('route')
+stop = rospy.Publisher('stop', PoseStamped, queue_size=1)
+stops = rospy.get_param('~stops')
+while not rospy.is_shutdown():
+    sent = PoseStamped()
+    sent.header.frame_id = 'world'
+    sent.pose.position.x, sent.pose.position.y = stops[0]['x'], stops[0]['y']
+    sent.pose.orientation.w = 1.0
+    stop.publish(sent)
+    rospy.sleep(0.02)
+"""
+
+ROUTE_LAUNCH = """<launch>
+  <node pkg="route_package" type="route.py" name="route">
+    <rosparam file="{}"/>
+  </node>
+</launch>
 """
 
 TOLERANCE, LEVER = 0.005, 0.1
@@ -326,6 +350,47 @@ class Recording(unittest.TestCase):
             self.wait_for(lambda: rosslt('list', '/walk').stdout.count('walk.script:') == 6 + 3 * count)  # noqa: B023
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(60), 0)
+
+    def test_a_yaml_file_gets_rows_and_the_numbers_stay(self):
+        folder = Path(self.folder.name)
+        environment = package_of_node(folder, 'route_package', 'route.py', ROUTE)
+        launch, file = folder / 'route.launch', folder / 'stops.yaml'
+        first, last = '- {x: 2.0, y: 1.00, name: in}  # in\n', '- {x: -1.0, y: 2.5, name: out}\n'
+        text = f'# all\nstops:\n{first}{last}'
+        file.write_text(text)
+        launch.write_text(ROUTE_LAUNCH.format(file))
+        added = ['- {x: 2.3, y: 1.00, name: in}\n', '- {x: 2.3, y: 1.50, name: in}\n']
+        with launched(environment, 'rosslt', 'launch', '--no-markers', str(launch)):
+            wait_until(lambda: '/route/~stops/1/y' in rosslt('list', '/route').stdout, 'its numbers are known')
+            listed = rosslt('list', '/route').stdout
+            process, rows, press = self.append('/stop')
+            for count, (x, y) in enumerate([(0.3, 0.0), (0.3, 0.5)], 1):
+                answer = self.lead_and_press(rows, press, x, y)
+                self.assertTrue(answer.success, answer.message)
+                self.assertIn(f'a row with this is below {file}:{2 + count}', answer.message)
+                self.assertEqual(file.read_text(), text.replace(first, first + ''.join(added[:count])))
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(60), 0)
+            self.assertEqual(rosslt('set', '/route/~stops/1/x', '-1.5').returncode, 0)
+            self.assertEqual(rosslt('save', '/route').returncode, 0)
+            saved = last.replace('-1.0', '-1.5')
+            self.assertEqual(file.read_text(), f'# all\nstops:\n{first}{"".join(added)}{saved}')
+            self.assertEqual(rosslt('undo', '/route').returncode, 0)
+            undone = rosslt('undo', '/route')
+            self.assertEqual(undone.stdout.split('\t')[1:3], ['add', 'undone'], undone)
+            self.assertEqual(file.read_text(), f'# all\nstops:\n{first}{added[0]}{saved}')
+            self.assertEqual(rosslt('undo', '/route').stdout.split('\t')[1:3], ['add', 'undone'])
+            self.assertEqual(rosslt('save', '/route').returncode, 0)
+            self.assertEqual(file.read_text(), text, 'the number is saved where it stands')
+            self.assertEqual(rosslt('list', '/route').stdout, listed)
+
+            process, rows = self.record('/stop')
+            self.lead(rows, [(0.01 * min(n, 30), 0.01 * max(n - 30, 0), 0.0) for n in range(61)])
+            self.wait_for(lambda: rows('records'))
+            led = added[0] + added[1].replace('1.50', '1.30')
+            self.assertEqual(file.read_text(), text.replace(first, first + led))
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(60), 0)
 
 
 if __name__ == '__main__':

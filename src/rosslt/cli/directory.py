@@ -104,9 +104,24 @@ def tracked_node(master: rosgraph.Master, text: str) -> str:
     name, state = full_name(text), system_state(master)
     if name in state.tracked_nodes:
         return name
+    owned = _owned_for(name, state.tracked_nodes)
+    if owned is not None:
+        raise Failure(f'the parameters of {name} are locations of {owned[0]}, which has started it: say that')
     if name in state.nodes:
         raise Failure(f'the node {name} has no locations: it is not tracked')
     raise Failure(f'there is no node {name} with locations{did_it_begin_with(name, state.tracked_nodes)}')
+
+
+def node_to_save(master: rosgraph.Master, text: str) -> Tuple[str, str]:
+    """The full name of a node that has locations, and what the names of those that a text means begin with: '' for all,
+    as of that node; if it is one that runs as it is, the name of its parameters at the `rosslt launch` that owns them.
+
+    Raises:
+        Failure: there is none of that name.
+    """
+    name, nodes = full_name(text), tracked_nodes(master)
+    owned = None if name in nodes else _owned_for(name, nodes)
+    return (tracked_node(master, text), '') if owned is None else (owned[0], name + '/')
 
 
 def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
@@ -118,6 +133,9 @@ def split_location(master: rosgraph.Master, text: str) -> Tuple[str, str]:
     nodes = tracked_nodes(master)
     found, text = _split(text, nodes)
     if found is None:
+        owned = _owned_for(text, nodes)
+        if owned is not None:
+            return owned[0], text.replace('/~', '/')
         if text in nodes:
             why = problem_of(master, text)
             raise Failure(
@@ -134,6 +152,23 @@ def _split(text: str, nodes: Iterable[str]) -> Tuple[Optional[str], str]:
     text = text if text.startswith('/') else full_name('x')[:-1] + text
     begun = [name for name in nodes if text.startswith((name + '/', name + '#'))]
     return max(begun, key=len) if begun else None, text
+
+
+def _owned_for(text: str, nodes: Iterable[str]) -> Optional[Tuple[str, List[Place]]]:
+    """The `rosslt launch` that owns parameters of a node which runs as it is, and those of which the full names are or
+    begin with a text; None if none does.
+
+    Args:
+        text: NODE, NODE/NAME or NODE/~NAME, in full.
+        nodes: those that have locations.
+    """
+    places, _ = Directory().ask([name for name in nodes if f'/{node.LAUNCH}_' in name], TIMEOUT)
+    wanted = text.replace('/~', '/')
+    for name, found in places.items():
+        begun = [one for one in found if f'{one.location.name}/'.startswith(wanted + '/')]
+        if begun:
+            return name, begun
+    return None
 
 
 def _kept_of(master: rosgraph.Master, text: str) -> str:
@@ -173,6 +208,9 @@ def find_node_or_locations(
         Failure: there is no such node, or no such location in it.
     """
     state = system_state(master)
+    owned = None if full_name(text) in state.tracked_nodes else _owned_for(full_name(text), state.tracked_nodes)
+    if owned is not None:
+        return owned
     if full_name(text) in state.nodes or not _split(text, state.tracked_nodes)[0]:
         return tracked_node(master, text), None
     name, wanted = split_location(master, text)

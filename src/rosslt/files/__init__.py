@@ -9,11 +9,11 @@ of them, and `watching` notices what others write.
 
 from rosslt.files.atomic_replacement import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
 from rosslt.files.errors import FileError
-from rosslt.files.inline_yaml import inline_edits, inline_places, inline_row_edits
+from rosslt.files.inline_yaml import inline_edits, inline_places, inline_row_additions, inline_row_edits
 from rosslt.files.launch_text import ORIGINS, AttributeChange, attribute_edits, attribute_places, words
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar, notations
 from rosslt.files.python_literals import LITERALS, Literal, Positions
-from rosslt.files.python_rows import python_row_additions, python_row_edits
+from rosslt.files.python_rows import python_row_additions, python_row_edits, rows_of_numbers
 from rosslt.files.python_source import (
     Edit,
     Followed,
@@ -27,5 +27,5 @@ from rosslt.files.python_source import (
 from rosslt.files.rows import DELETE, DOWN, DUPLICATE, OPERATIONS, UP, index_after, index_before
 from rosslt.files.transaction import beside, taking_back, unified_diff, write
 from rosslt.files.watching import FileWatch
-from rosslt.files.yaml_rows import yaml_row_edits
+from rosslt.files.yaml_rows import yaml_row_additions, yaml_row_edits
 from rosslt.files.yaml_text import YamlChange, yaml_edits, yaml_places

@@ -1,11 +1,13 @@
 """YAML within launch files, `<rosparam>a: 1.5</rosparam>`: other values in it, and every other byte as it is."""
 
-from typing import List, Optional, Sequence, Tuple, Union
+import contextlib
+from typing import Iterator, List, Optional, Sequence, Tuple, Union
 
 from rosslt.files.errors import FileError
 from rosslt.files.launch_text import Event, becomes, events_of, tags_in
+from rosslt.files.notation import Scalar
 from rosslt.files.python_source import Edit, Standing, digest_of, replaced
-from rosslt.files.yaml_rows import yaml_row_edits
+from rosslt.files.yaml_rows import yaml_row_additions, yaml_row_edits
 from rosslt.files.yaml_text import YamlChange, yaml_edits, yaml_places
 
 
@@ -76,12 +78,44 @@ def inline_row_edits(
         FileError: as in `yaml_row_edits`, or it is not certain which <rosparam> it is.
         ValueError: as in `yaml_row_edits`.
     """
+    with _in_lines_of(file, content, nth, count) as (text, place):
+        made, depth = yaml_row_edits(file, text, path, operation)
+    return _all_placed(file, content, text, place, made), depth
+
+
+def inline_row_additions(
+    file: str,
+    content: bytes,
+    nth: int,
+    count: int,
+    paths: Sequence[Sequence[Union[str, int]]],
+    added: Sequence[Sequence[Scalar]],
+    behind: Sequence[Sequence[Scalar]] = (),
+) -> Tuple[List[Edit], int, int]:
+    """Make the edits that add copies of a row in the YAML of one <rosparam> of a launch file.
+
+    Args:
+        file, content, nth, count: as in `inline_edits`.
+        paths, added, behind: as in `yaml_row_additions`, and so is what is returned.
+
+    Raises:
+        FileError: as in `yaml_row_additions`, or it is not certain which <rosparam> it is.
+    """
+    with _in_lines_of(file, content, nth, count) as (text, place):
+        made, depth, below = yaml_row_additions(file, text, paths, added, behind)
+    return _all_placed(file, content, text, place, made), depth, below
+
+
+@contextlib.contextmanager
+def _in_lines_of(file: str, content: bytes, nth: int, count: int) -> Iterator[Tuple[bytes, int]]:
+    """Yield the YAML of one <rosparam>, and where it begins in the content; errors in it are said with their place in
+    the launch file."""
     try:
         text, place = _inline(file, content, nth, count)
     except ValueError as error:
         raise FileError(file, None, None, str(error)) from None
     try:
-        made, depth = yaml_row_edits(file, text, path, operation)
+        yield text, place
     except FileError as error:
         if error.line is None:
             raise
@@ -89,10 +123,14 @@ def inline_row_edits(
         lines = content[:place].decode('utf-8', 'replace').split('\n')
         column = (error.column or 1) + (len(lines[-1]) if error.line == 1 else 0)
         raise FileError(file, error.line + len(lines) - 1, column, error.reason) from None
+
+
+def _all_placed(file: str, content: bytes, text: bytes, place: int, made: List[Edit]) -> List[Edit]:
+    """Edits of a YAML text as those of the launch file; FileError if XML would read one as something else."""
     edits = [_placed(content, text, place, one) for one in made]
     if None in edits:
         raise FileError(file, None, None, 'the row would need a notation of XML in its <rosparam>; edit it by hand')
-    return [edit for edit in edits if edit is not None], depth
+    return [edit for edit in edits if edit is not None]
 
 
 def _inline(file: str, content: bytes, nth: int, count: int) -> Tuple[bytes, int]:

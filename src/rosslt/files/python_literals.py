@@ -4,7 +4,7 @@ them."""
 import ast
 import math
 import re
-from typing import Any, List, Mapping, NamedTuple, Tuple, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Tuple, Union
 
 from rosslt.files.notation import Scalar
 
@@ -27,6 +27,9 @@ LITERALS = '__literals__'
 
 MINUS = re.compile(r'-[ \t]*')
 NEWLINE = re.compile(r'\r\n|\r|\n')
+
+#: What may stand behind the last one of a list on its line, if it has no comma.
+CLOSING = ')]} \t\r\n'
 
 #: Texts in several pieces, bytes and f-strings are not words: it is not one token that says them.
 _WORD = re.compile(
@@ -63,6 +66,26 @@ def without_literals(tree: ast.Module, indices: Mapping[ast.AST, int]) -> ast.Mo
     """Replace some literals of a tree, of {node: index}, by `__literals__[index]`; the tree itself is changed."""
     taken_out: ast.Module = _Substitution(indices).visit(tree)
     return taken_out
+
+
+def last_ends(tree: ast.AST) -> Dict[int, int]:
+    """{line: the column in UTF-8 bytes, from 0, at which the last one of several elements or arguments ends there}, of
+    those that stand on several lines and may have a comma behind them; the outermost one of each line."""
+    found: Dict[int, int] = {}
+    for node in ast.walk(tree):
+        ones: List[ast.expr] = []
+        if isinstance(node, (ast.List, ast.Set)) or (isinstance(node, ast.Tuple) and len(node.elts) > 1):
+            ones = node.elts
+        elif isinstance(node, ast.Dict):
+            ones = node.values
+        elif isinstance(node, ast.Call):
+            ones = [*node.args, *[keyword.value for keyword in node.keywords]]
+        ones = sorted(ones, key=lambda one: (one.lineno, one.col_offset))
+        above = ones[-2].end_lineno if len(ones) > 1 else getattr(node, 'lineno', 0)
+        if ones and (above or 0) < ones[-1].lineno and not isinstance(ones[-1], ast.GeneratorExp):
+            line, end = ones[-1].end_lineno or 0, ones[-1].end_col_offset or 0
+            found[line] = max(found.get(line, 0), end)
+    return found
 
 
 class Positions:

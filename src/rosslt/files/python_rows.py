@@ -1,7 +1,8 @@
 """Rows in Python: elements of lists and tuples, and alike calls in neighbouring statements."""
 
 import ast
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+import itertools
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosslt.files import rows
 from rosslt.files.notation import Scalar
@@ -29,6 +30,48 @@ class _Found(NamedTuple):
     position: int
     first: int
     last: int
+
+
+#: (first, last) of the run of alike calls that each statement of a block is in, by the id of the block.
+_Runs = Dict[int, List[Tuple[int, int]]]
+
+
+def rows_of_numbers(source: SourceText) -> List[str]:
+    """The row that each number of a file is in, `12:9[1]` for row 1 of those that begin at line 12 and column 9.
+
+    It is the row of `python_row_edits`, if that is one of several alike ones, each on lines of its own;
+    '' if there is none.
+    """
+    positions = Positions(source.text)
+    runs: _Runs = {}
+    beginnings: Dict[Tuple[int, int], str] = {}  # of each list, by the id of the siblings and the first of them
+    found: Dict[int, str] = {}
+    waiting: List[Tuple[ast.AST, Tuple[_Found, ...]]] = [(source.tree, ())]
+    while waiting:
+        node, path = waiting.pop()
+        if positions.number(node) is None:
+            waiting += [(one, path if member is None else (*path, member)) for one, member in _members(node)]
+            continue
+        row = _chosen(path, runs)
+        if row is not None:
+            key = id(row.siblings), row.first
+            beginning = beginnings.get(key)
+            if beginning is None:
+                beginning = beginnings[key] = _beginning(row, positions)
+            if beginning:
+                found[positions.range_of(node)[0]] = f'{beginning}[{row.position - row.first}]'
+    return [found.get(literal.start, '') for literal in source.numbers]
+
+
+def _beginning(found: _Found, positions: Positions) -> str:
+    """Return the line and the column at which a list of several alike rows begins; '' if it is none, or two of its rows
+    share a line."""
+    those = found.siblings[found.first : found.last]
+    is_apart = all(one.end_lineno < other.lineno for one, other in zip(those, those[1:]))
+    is_alike = isinstance(those[0], ast.stmt) or all(_shape(one) == _shape(those[0]) for one in those)
+    if len(those) < 2 or not is_apart or not is_alike:
+        return ''
+    return f'{those[0].lineno}:{positions.column(those[0].lineno, those[0].col_offset)}'
 
 
 def python_row_edits(file: str, content: bytes, line: int, column: int, operation: str) -> List[Edit]:
@@ -148,16 +191,28 @@ def _row_at(source: SourceText, line: int, column: int) -> Tuple[ast.Module, _Fo
     """
     tree, positions = ast.parse(source.text), Positions(source.text)
     place = rows.place_of(source.text, line, column)
-    path = _path_to(tree, positions, place)
+    chosen = _chosen(_path_to(tree, positions, place), {})
+    if chosen is None:
+        raise rows.refusal(source.path, source.text, place, _NONE)
+    return tree, chosen, _row_of(source, positions, chosen)
+
+
+def _chosen(path: Sequence[_Found], runs: _Runs) -> Optional[_Found]:
+    """The row among the members of lists that a place is in, from the outside inward; None if there is none.
+
+    Args:
+        path: these members.
+        runs: what is known of blocks; gets what is found out.
+    """
     lists = [one for one in path if isinstance(one.owner, (ast.List, ast.Tuple))]
     compound = [one for one in lists if not _is_single(one.siblings[one.position])]
-    statements = [_neighbours(one) for one in path if isinstance(one.siblings[one.position], ast.stmt)]
-    calls = [one for one in statements[-1:] if one is not None and one.last - one.first > 1]
+    statements = [one for one in path if isinstance(one.siblings[one.position], ast.stmt)]
+    calls = [one for one in (_neighbours(one, runs) for one in statements[-1:]) if one.last - one.first > 1]
     chosen = compound[-1:] or calls or lists[-1:]
     is_value = any(isinstance(one.owner, ast.Dict) and len(one.siblings) > 1 for one in path)
     if not chosen or (is_value and not compound and not calls):  # (1, 2) of {'dock': (1, 2), 'door': (3, 4)} is a row
-        raise rows.refusal(source.path, source.text, place, _NONE)
-    return tree, chosen[0], _row_of(source, positions, chosen[0])
+        return None
+    return chosen[0]
 
 
 def _path_to(tree: ast.AST, positions: Positions, place: int) -> List[_Found]:
@@ -165,21 +220,26 @@ def _path_to(tree: ast.AST, positions: Positions, place: int) -> List[_Found]:
     path: List[_Found] = []
     waiting: List[ast.AST] = [tree]
     while waiting:
-        node = waiting.pop()
-        for _, field in ast.iter_fields(node):
-            members = field if isinstance(field, list) else [field]
-            for index, member in enumerate(members):
-                if not isinstance(member, ast.AST):
+        for member, found in _members(waiting.pop()):
+            # What has no position, as a keyword argument in Python 3.8, has parts that have one.
+            if hasattr(member, 'lineno'):
+                start, end = positions.range_of(member)
+                if not start <= place < end:
                     continue
-                # What has no position, as a keyword argument in Python 3.8, has parts that have one.
-                if hasattr(member, 'lineno'):
-                    start, end = positions.range_of(member)
-                    if not start <= place < end:
-                        continue
-                    if members is field and isinstance(member, (ast.stmt, ast.expr)):
-                        path.append(_Found(node, members, index, 0, len(members)))
-                waiting.append(member)
+                if found is not None:
+                    path.append(found)
+            waiting.append(member)
     return path
+
+
+def _members(node: ast.AST) -> Iterator[Tuple[ast.AST, Optional[_Found]]]:
+    """Yield the parts of a node of a syntax tree, with what is found there of those that are members of lists."""
+    for _, field in ast.iter_fields(node):
+        members = field if isinstance(field, list) else [field]
+        for index, member in enumerate(members):
+            if isinstance(member, ast.AST):
+                is_member = members is field and isinstance(member, (ast.stmt, ast.expr))
+                yield member, _Found(node, members, index, 0, len(members)) if is_member else None
 
 
 def _is_single(node: ast.expr) -> bool:
@@ -189,16 +249,20 @@ def _is_single(node: ast.expr) -> bool:
     return not isinstance(node, (ast.List, ast.Tuple, ast.Dict))
 
 
-def _neighbours(found: _Found) -> Optional[_Found]:
-    """A statement among the statements around it that call the same with as many arguments; None if it is no call."""
-    shape = _call_of(found.siblings[found.position])
-    if shape is None:
-        return None
-    first, last = found.position, found.position + 1
-    while first > 0 and _call_of(found.siblings[first - 1]) == shape:
-        first -= 1
-    while last < len(found.siblings) and _call_of(found.siblings[last]) == shape:
-        last += 1
+def _neighbours(found: _Found, runs: _Runs) -> _Found:
+    """A statement among the statements around it that call the same with as many arguments; alone if it is no call.
+
+    Args:
+        found: it.
+        runs: as of `_chosen`.
+    """
+    block = runs.get(id(found.siblings))
+    if block is None:
+        block = runs[id(found.siblings)] = []
+        for shape, group in itertools.groupby(found.siblings, _call_of):
+            first, count = len(block), len([*group])
+            block += [(at, at + 1) if shape is None else (first, first + count) for at in range(first, first + count)]
+    first, last = block[found.position]
     return found._replace(first=first, last=last)
 
 

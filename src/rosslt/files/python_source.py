@@ -11,7 +11,15 @@ from typing import Collection, Dict, Iterator, List, Mapping, NamedTuple, Option
 
 from rosslt.files.errors import FileError
 from rosslt.files.notation import Scalar, alike, in_manner_of, text_in_manner_of
-from rosslt.files.python_literals import NEWLINE, Literal, Positions, literals_in, without_literals
+from rosslt.files.python_literals import (
+    CLOSING,
+    NEWLINE,
+    Literal,
+    Positions,
+    last_ends,
+    literals_in,
+    without_literals,
+)
 
 #: The placeholders of a number, and of a text or truth value, in a line. Python allows no null characters in a file.
 _BLANK, _BLANK_WORD = '\0', '\0\0'
@@ -378,7 +386,7 @@ class _Line(NamedTuple):
 
     Attributes:
         function: the qualified name of the one that it is in.
-        template: it without its literals, blanks and comments, or as it is.
+        template: it without its literals, blanks and comments, or as it is; with a comma behind the last one of a list.
         literals: the indices of those that begin and end in it.
         texts: each as it is written; None for one that the template does not depend on.
     """
@@ -407,7 +415,8 @@ def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
     """{number, from 1: the line}, without lines that say nothing."""
     starts = [0] + [match.end() for match in NEWLINE.finditer(source.text)]
     ends = [*starts[1:], len(source.text)]
-    cut = {} if exactly else comment_starts(source)
+    comments, ends_of_last = comment_starts(source), last_ends(source.tree)
+    positions = Positions(source.text)
     functions = [''] * len(starts) if exactly else _functions_by_line(source.tree, len(starts))
     by_line: Dict[int, List[int]] = {}
     for index, literal in enumerate(source.literals):
@@ -417,8 +426,15 @@ def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
     for line, (start, end) in enumerate(zip(starts, ends), 1):
         indices = sorted(by_line.get(line, ()), key=lambda index: source.literals[index].start)
         texts: List[Optional[str]] = [None] * len(indices)
-        template = source.text[start:end].rstrip('\r\n')
-        if not exactly:
+        code_end = start + comments[line] if line in comments else end
+        last = positions.of(line, ends_of_last[line]) if line in ends_of_last else end
+        # What is added behind the last one of a list gives it a comma, and takes the brackets behind it.
+        is_bare = line in ends_of_last and last <= code_end and not source.text[last:code_end].strip(CLOSING)
+        last = last if is_bare else code_end
+        if exactly:
+            behind = start + len(source.text[start:code_end].rstrip(' \t\r\n')) if is_bare else code_end
+            template = (source.text[start:last] + ',' * is_bare + source.text[behind:end]).rstrip('\r\n')
+        else:
             parts: List[str] = []
             for place, index in enumerate(indices):
                 literal = source.literals[index]
@@ -426,7 +442,7 @@ def _lines_of(source: SourceText, exactly: bool) -> Dict[int, _Line]:
                 parts += [source.text[start : literal.start], _BLANK if is_number else _BLANK_WORD]
                 texts[place] = None if is_number else source.text[literal.start : literal.end]
                 start = literal.end
-            parts.append(source.text[start : max(start, min(end, starts[line - 1] + cut.get(line, end)))])
+            parts += [source.text[start : max(start, last)], ',' * is_bare]
             template = ''.join(''.join(parts).split())
         if template:
             found[line] = _Line(functions[line - 1], template, indices, texts)

@@ -7,8 +7,9 @@ import yaml
 
 from rosslt.files import rows
 from rosslt.files.errors import FileError
-from rosslt.files.python_source import Edit, digest_of
-from rosslt.files.yaml_text import PROPERTIES, composed
+from rosslt.files.notation import Scalar
+from rosslt.files.python_source import Edit, digest_of, replaced
+from rosslt.files.yaml_text import PROPERTIES, YamlChange, composed, yaml_edits, yaml_places
 
 _Path = Sequence[Union[str, int]]
 
@@ -53,18 +54,81 @@ def yaml_row_edits(file: str, content: bytes, path: _Path, operation: str) -> Tu
     found = _row_at(file, text, root, path)
     row = _rows_of(file, text, found)
     changed = rows.after(row, operation)
-    place = row.ranges[row.position][0]
     rows.operate(found.sequence.value, found.position, operation)
-    made = changed.encode('utf-8')
+    _check_says(file, changed.encode('utf-8'), root, row)
+    return [_edit(file, content, text, changed)], found.depth
+
+
+def yaml_row_additions(
+    file: str,
+    content: bytes,
+    paths: Sequence[_Path],
+    added: Sequence[Sequence[Scalar]],
+    behind: Sequence[Sequence[Scalar]] = (),
+) -> Tuple[List[Edit], int, int]:
+    """Make the edits that add copies of a row of a YAML file below it, in which some numbers are others.
+
+    Args:
+        file: its path.
+        content: all of it.
+        paths: of each of these numbers in the row, of keys and indices, from the root of the document.
+        added: for each copy, what they are there. Each is written in the manner of the one in the row.
+        behind: as of `python_row_additions`.
+
+    Returns:
+        (the edits, how many steps of a path lead to the row, how many rows between it and the copies).
+
+    Raises:
+        FileError: the numbers are not all in one row of a list of alike ones, or a number cannot stand in the place of
+            the old one.
+    """
+    text, root = composed(file, content)
+    found = _row_at(file, text, root, paths[0])
+    row = _rows_of(file, text, found)
+    place, depth = row.ranges[row.position][0], found.depth
+    list_path, insides = paths[0][: depth - 1], [path[depth:] for path in paths]
+    if any(path[:depth] != paths[0][:depth] for path in paths):
+        raise row.refusal('not all numbers are in this row; edit the file by hand', place)
+    below = 0
+    copies = iter(behind)
+    for index in range(found.position + 1, len(found.sequence.value)):
+        standing = yaml_places(file, content, [[*list_path, index, *inside] for inside in insides])
+        said = [one and one.value for one in standing]
+        if not any(said == list(copy) for copy in copies):
+            break
+        below += 1
+    changed = rows.with_copies(row, len(added), below)[0].encode('utf-8')
+    first = found.position + below + 1
+    found.sequence.value[first:first] = [found.sequence.value[found.position]] * len(added)
+    _check_says(file, changed, root, row)
+    changes = [
+        YamlChange([*list_path, first + number, *inside], (), value, 'the row')
+        for number, one in enumerate(added)
+        for inside, value in zip(insides, one)
+    ]
+    edits, left = yaml_edits(file, changed, changes)
+    if left:
+        raise row.refusal(f'{left[0][1]}; edit the file by hand', place)
+    made = replaced(changed, edits).decode('utf-8')
+    return ([_edit(file, content, text, made)] if added else []), depth, below
+
+
+def _check_says(file: str, changed: bytes, root: Any, row: rows.Rows) -> None:
+    """Raise FileError unless a changed content says what a tree of nodes does."""
     try:
-        is_same = list(_said(composed(file, made)[1])) == list(_said(root))
+        is_same = list(_said(composed(file, changed)[1])) == list(_said(root))
     except FileError:
         is_same = False
     if not is_same:
-        raise row.refusal('the file would not say the same otherwise; edit it by hand', place)
+        reason = 'the file would not say the same otherwise; edit it by hand'
+        raise row.refusal(reason, row.ranges[row.position][0])
+
+
+def _edit(file: str, content: bytes, text: str, changed: str) -> Edit:
+    """The edit of a content, with a text, that gives it another one."""
     start, end, new = rows.difference(text, changed)
     first, last = (len(text[:place].encode('utf-8')) for place in (start, end))
-    return [Edit(file, digest_of(content), first, last, content[first:last], new.encode('utf-8'))], found.depth
+    return Edit(file, digest_of(content), first, last, content[first:last], new.encode('utf-8'))
 
 
 def _row_at(file: str, text: str, root: Any, path: _Path) -> _Found:

@@ -14,6 +14,7 @@ import roslaunch.rlutil
 import rospkg
 
 from rosslt.files import ORIGINS
+from rosslt.instrument.launched_parameters import LaunchedParameters
 from rosslt.instrument.parameter_origins import NotingLoader, with_earlier
 from rosslt.instrument.runner import NoNode, find_node, is_python_node
 from rosslt.instrument.static_transforms import keep_provenance
@@ -35,6 +36,7 @@ def launch(
     others: Collection[str] = (),
     screen: bool = False,
     rviz: bool = False,
+    restarts: bool = True,
 ) -> None:
     """Start a launch file, and wait until it ends.
 
@@ -45,6 +47,7 @@ def launch(
         others: names of nodes to run as they are.
         screen: show the output of all nodes.
         rviz: whether to open RViz as well.
+        restarts: whether a node that runs as it is may be started again, after a parameter that it reads has changed.
 
     Raises:
         NotLaunched: the file is not there, or roslaunch does not take it.
@@ -60,11 +63,15 @@ def launch(
         roslaunch.configure_logging(uuid)
         parent = _Parent(uuid, file, given, markers, only, others, screen, rviz)
         parent.start()
+        parameters = parent.own_parameters(restarts)
     except rospkg.ResourceNotFound as error:
         raise NotLaunched(f'package {error.args[0]} was not found; looked in {":".join(error.ros_paths)}') from None
     except (roslaunch.core.RLException, ValueError) as error:
         raise NotLaunched(str(error)) from None
-    parent.spin()
+    try:
+        parent.spin()
+    finally:
+        parameters.end()
 
 
 class _Parent(roslaunch.parent.ROSLaunchParent):
@@ -83,9 +90,11 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
     ) -> None:
         super().__init__(uuid, [(file, given)], force_screen=screen)
         self._markers, self._only, self._others, self._rviz = markers, only, others, rviz
+        self._loader = NotingLoader()
+        self._as_they_are: List[Any] = []
 
     def _load_config(self) -> None:
-        loader, load = NotingLoader(), roslaunch.config.load_config_default
+        loader, load = self._loader, roslaunch.config.load_config_default
         # roslaunch hands on no loader of ours.
         roslaunch.config.load_config_default = functools.partial(load, loader=loader)
         try:
@@ -97,12 +106,17 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
             keep_provenance(one, self.config, loader)
             if _is_trackable(one):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
+        self._as_they_are = [one for one in self.config.nodes if _is_as_it_is(one)]
         if loader.origins:
             self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(loader.origins)), verbose=False)
         if self._markers:
             self._add(MARKERS, respawn=True, respawn_delay=RESPAWN_DELAY)
         if self._rviz:
             self._add(RVIZ)
+
+    def own_parameters(self, restarts: bool) -> LaunchedParameters:
+        """Own the parameters of nodes that run as they are, once all are started; `restarts` as in `launch`."""
+        return LaunchedParameters(self._as_they_are, list(self.config.params), self._loader.origins, self.pm, restarts)
 
     def _add(self, node_type: str, **options: object) -> None:
         """Add a node of this package, unless the launch file has it."""
@@ -120,6 +134,12 @@ def prefix_of(present: Any, command: str) -> str:
     """The launch-prefix that runs a node tracked, behind the one that it has, such as `xterm -e`."""
     kept = re.sub(r'(^|\s)(\S*/)?(env\s+)?python[\d.]*\s*$', ' ', present or '').strip()
     return f'{kept} {command} run'.strip()
+
+
+def _is_as_it_is(one: Any) -> bool:
+    """Return whether a launched node runs without provenance, on this machine."""
+    is_here = one.machine is None or roslaunch.core.is_machine_local(one.machine)
+    return is_here and one.package != 'rosslt' and not (one.launch_prefix or '').endswith('rosslt run')
 
 
 def _is_trackable(one: Any) -> bool:

@@ -52,14 +52,15 @@ from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Expression, Observation, comes_from, observe
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.leaving import leave
+from rosslt.node.location_server import SUSPECT
 from rosslt.node.locations.call_sites import CallSite, call_site
 from rosslt.node.locations.directory import SHAPE_RANK, Directory, Place, listed
 from rosslt.node.locations.literal_identities import identities
-from rosslt.node.locations.location import LiteralLocation, location_id
+from rosslt.node.locations.location import LiteralLocation, Location, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
+from rosslt.node.locations.others_parameter import Reader
 from rosslt.node.locations.row_edits import (
     SCRIPT_TEXT,
-    add_rows,
     edit_row,
     in_row,
     is_in_script,
@@ -86,7 +87,9 @@ from rosslt.node.memory.rounds import begins_round
 from rosslt.node.namesake import where_it_runs
 from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.mirror import kept_of
+from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
+from rosslt.node.reconfigure import reconfigure_parameter
 from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all

@@ -33,7 +33,7 @@ def ask_all(
         rospy.ROSInterruptException: this node is being shut down.
     """
     deadline = time.monotonic() + timeout
-    calls = [_Call(node, service, service_class, request) for node, request in requests.items()]
+    calls = [_Call(node, f'{node}/rosslt/{service}', service_class, request) for node, request in requests.items()]
     answers: Dict[str, Message] = {}
     silent: Dict[str, str] = {}
     for call in calls:
@@ -42,6 +42,16 @@ def ask_all(
         except rospy.ServiceException as error:
             silent[call.node] = str(error)
     return answers, silent
+
+
+def call_service(service: str, service_class: MessageClass, request: Message, timeout: float) -> Message:
+    """Call a service by its full name; returns its response.
+
+    Raises:
+        rospy.ServiceException: there is none, or none within the timeout, in seconds.
+        rospy.ROSInterruptException: this node is being shut down.
+    """
+    return _Call(service, service, service_class, request).result(time.monotonic() + timeout)
 
 
 def has_ended(reason: str) -> bool:
@@ -57,7 +67,7 @@ class _Call(threading.Thread):
         self.node = node
         self._request = request
         # Persistent only so that the connection can be closed from outside if nobody answers.
-        self._proxy = rospy.ServiceProxy(f'{node}/rosslt/{service}', service_class, persistent=True)
+        self._proxy = rospy.ServiceProxy(service, service_class, persistent=True)
         self._done = threading.Event()
         self._response: Message = None
         self._error: Any = None

@@ -34,10 +34,12 @@ DEFAULT_SETTINGS = Settings(0.001, execution.STEP_LIMIT)
 
 
 class _State(NamedTuple):
-    """A version of the script: its text, a record for each number, and the resulting steps."""
+    """A version of the script: its text, a record for each number and the row that it is in, and the resulting
+    steps."""
 
     source: files.SourceText
     numbers: List['_Number']
+    rows: List[str]
     steps: List[Step]
 
 
@@ -79,7 +81,7 @@ class LiveScript:
         # Nobody may hold a lock that `add` and `remove` take while calling a setter: a node calls it without its own.
         self._lock = threading.RLock()
         self._refused: Optional[bytes] = None  # a content of the file that cannot come into force
-        self._state = _State(files.SourceText(path, b''), [], [])
+        self._state = _State(files.SourceText(path, b''), [], [], [])
         self._remember = remember
         content = files.read_settled_bytes(path)
         self._take_in(content, remembered(files.digest_of(content)))
@@ -123,7 +125,7 @@ class LiveScript:
                     source = files.SourceText(self.path, files.replaced(content, edits))
                     steps = self._run(source, state.numbers)
                     if files.replace_bytes(self.path, content, source.content):
-                        self._come_into_force(_State(source, state.numbers, steps), True)
+                        self._come_into_force(state._replace(source=source, steps=steps), True)
                         return
             # Somebody has saved another text, and the watch has not read it yet.
             self._take_in(files.read_settled_bytes(self.path))
@@ -183,7 +185,7 @@ class LiveScript:
                     taken.add(name)
                     number = self._new_number(name, source, literal)
                 numbers.append(number)
-            return _State(source, numbers, self._run(source, numbers))
+            return _State(source, numbers, files.rows_of_numbers(source), self._run(source, numbers))
         except BaseException:
             self._forget(numbers, records.values())
             raise
@@ -212,9 +214,10 @@ class LiveScript:
 
     def _come_into_force(self, state: _State, is_same_but_for_numbers: bool) -> None:
         self._state, self._refused = state, None
-        for number, literal in zip(state.numbers, state.source.numbers):
+        for number, literal, row in zip(state.numbers, state.source.numbers, state.rows):
             number.value = float(literal.value)
             number.location.site = self._site(state.source, literal)
+            number.location.row = row and f'{os.path.abspath(self.path)}:{row}'
         self._remember(state.source.digest, [number.name for number in state.numbers])
         self._take(state.steps, is_same_but_for_numbers)
 

@@ -132,6 +132,6 @@ class Recording:
         if not waypoints[0]:
             raise NotTaught('it has no numbers that change on the way')
         places = places_of(list(waypoints[0]))
-        untaken = node.add_rows(places, [list(one.values()) for one in waypoints], TIMEOUT)
-        location = places[0].location
-        return Written(len(led.poses), len(waypoints), f'{location.file}:{location.line}', untaken)
+        made = node.row_additions(places, [list(one.values()) for one in waypoints], TIMEOUT)
+        untaken = made.write(TIMEOUT)
+        return Written(len(led.poses), len(waypoints), made.record.place, untaken)

@@ -79,14 +79,14 @@ class Appended:
                 raise NotTaught('the row that it comes from has these numbers already')
             places = places_of(changed)
             *behind, added = [[one.get(source, present[source]) for source in changed] for one in rows]
-            untaken = node.add_rows(places, [added], TIMEOUT, behind)
+            made = node.row_additions(places, [added], TIMEOUT, behind)
+            untaken = made.write(TIMEOUT)
         except (values.Error, files.FileError, node.SourceUnreachable) as error:
             return Answer(False, f'nothing is written: {error}')
         self._rows.append(row)
-        location = places[0].location
         return Answer(
             True,
-            f'a row with this is below {location.file}:{location.line}',
+            f'a row with this is below {made.record.place}',
             [(place.name, present[place.source], row[place.source]) for place in places],
             [f'the row is written, but {untaken}'] if untaken else (),
         )

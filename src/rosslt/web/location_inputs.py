@@ -253,6 +253,8 @@ def hint(place: Place, origins: Mapping[str, Any]) -> str:
     if line and location.name.startswith('/'):  # a parameter's: the line is that which reads it
         given = origins.get(location.name)
         parts = ['given in {}, read at {}'.format(given['file'], line) if given else 'a parameter, read at ' + line]
+        if given and given['file'] == location.file:  # of a node that runs as it is: nobody knows where it reads it
+            parts = ['given at ' + line]
     if location.literal:
         parts.append('the code says ' + location.literal)
     if location.read_only:

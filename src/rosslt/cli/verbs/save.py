@@ -8,7 +8,7 @@ import rosgraph
 import yaml
 
 from rosslt import files, node
-from rosslt.cli.directory import cannot_reach, locations_of, tracked_node
+from rosslt.cli.directory import cannot_reach, locations_of, node_to_save
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import TIMEOUT, find_master
 from rosslt.cli.output import write_diff, write_note, write_result, write_text
@@ -50,18 +50,20 @@ def run(options: argparse.Namespace) -> None:
     if options.file not in (None, '-') and not options.file.endswith(('.yaml', '.yml')):
         raise Misused(f'{options.file} does not end in .yaml; if it is the file to write, say -o {options.file}')
     master = find_master()
-    name = tracked_node(master, options.node)
+    name, begin = node_to_save(master, options.node)
     if file is None:
-        _save_where_it_stands(master, name, options.diff)
+        _save_where_it_stands(master, name, begin, options.diff)
     else:
-        _write_yaml(master, name, file)
+        _write_yaml(master, name, begin, file)
 
 
-def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> None:
+def _save_where_it_stands(master: rosgraph.Master, name: str, begin: str, is_diff: bool) -> None:
     try:
         edits, unsaved = node.changes_to_save(name, TIMEOUT)
     except node.SourceUnreachable as error:
         raise cannot_reach(master, name, str(error)) from None
+    edits = [one for one in edits if one.what.startswith(begin)]
+    unsaved = [one for one in unsaved if one.name.startswith(begin)]
     try:
         if is_diff:
             write_diff(files.unified_diff(edits))
@@ -82,11 +84,11 @@ def _save_where_it_stands(master: rosgraph.Master, name: str, is_diff: bool) -> 
         raise Failure('not saved: ' + '; '.join(f'{one.name} ({one.reason})' for one in unsaved))
 
 
-def _write_yaml(master: rosgraph.Master, name: str, file: str) -> None:
+def _write_yaml(master: rosgraph.Master, name: str, begin: str, file: str) -> None:
     parameters = master.getParam('/')
     saved: Dict[str, Any] = {}
     left_out: List[str] = []
-    for place in locations_of(master, Directory(), name):
+    for place in (one for one in locations_of(master, Directory(), name) if one.location.name.startswith(begin)):
         # a literal's location is the parameter below the node's name
         location = place.location.name
         path = (location if location.startswith('/') else f'{name}/rosslt/{location}').strip('/').split('/')

@@ -309,11 +309,11 @@ class Directory:
         return list(found.values())
 
     def _single_rows(self, sources: Collection[values.Source]) -> List[Place]:
-        """The numbers of those tables of which all numbers are in one row."""
+        """The numbers of those tables of which all numbers are in one row, if such a row holds others."""
         rows: Dict[Tuple[str, str], Dict[str, List[Place]]] = {}
         for place in filter(None, map(self.of, sources)):
             row = place.location.row
-            if row:
+            if row and not place.location.row_holds_none:
                 rows.setdefault((place.node, row.rpartition('[')[0]), {}).setdefault(row, []).append(place)
         return [place for found in rows.values() if len(found) == 1 for row in found.values() for place in row]
 

@@ -17,9 +17,13 @@ class ExternalLocation(Location):
         value: returned by the getter just now; its type is the location's.
         getter: returns the value.
         setter: takes a new value; what it raises is the reason of a refusal. None: read-only.
+
+    Attributes:
+        row: as of a Location; it may change with the file.
     """
 
-    __slots__ = ('_getter', '_setter', '_reading')
+    __slots__ = ('_getter', '_setter', '_reading', 'row')
+    row_holds_none = True
 
     def __init__(
         self,
@@ -34,6 +38,7 @@ class ExternalLocation(Location):
     ) -> None:
         self._getter, self._setter = getter, setter
         self._reading: Any = None
+        self.row = ''
         super().__init__(identity, name, site, _scalar(value), read_only=read_only or setter is None, **limits)
 
     @property

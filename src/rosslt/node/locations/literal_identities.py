@@ -23,6 +23,7 @@ _Position = Tuple[int, int]
 
 #: Tokens without meaning for the computation of a line.
 _LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
+_OPENING, _CLOSING = frozenset('([{'), frozenset(')]}')
 _COMPOUND = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.AsyncFor, ast.AsyncWith)
 
 
@@ -60,16 +61,24 @@ def identities(tree: ast.AST, text: str, nodes: Sequence[Tuple[ast.expr, str]]) 
     for item in sorted(items, key=lambda item: item[:2]):
         by_statement.setdefault((_last_up_to(item.start, begins), item.kind), []).append(item)
     known: Dict[_Item, Tuple[str, ...]] = {}
+    with_comma: Dict[_Item, Tuple[str, ...]] = {}  # of the last ones of lists without one, as if they had it
     for (at, _), alike in by_statement.items():
         words, numbers = _without_numbers(statements[at], alike)
+        bare = {row: f'{words[row][: len(words[row]) - len(rest)]} ,' for row, rest in _closing(statements[at]).items()}
         counts: Counter = Counter()
         for item in alike:
             row = item.start[0]
             known[item] = item.kind, f'{words.get(row, "")}\n{counts[row]}', ' '.join(numbers)
+            if row in bare:
+                with_comma[item] = item.kind, f'{bare[row]}\n{counts[row]}', ' '.join(numbers)
             counts[row] += 1
+    functions = {item: around[node].function for item, (node, _) in zip(items, nodes)}
+    keys = {(functions[item], *words) for item, words in known.items()}
     groups: Dict[Tuple[str, ...], List[int]] = {}
     for index in sorted(range(len(items)), key=lambda index: items[index][:2]):
-        groups.setdefault((around[nodes[index][0]].function, *known[items[index]]), []).append(index)
+        item = items[index]
+        key = functions[item], *with_comma.get(item, ())
+        groups.setdefault(key if key in keys else (functions[item], *known[item]), []).append(index)
     found = [''] * len(items)
     for group, indices in groups.items():
         for index in indices:
@@ -128,6 +137,28 @@ def _without_numbers(statement: List[_Token], items: List[_Item]) -> Tuple[Dict[
             numbers.append(word)
         words[token.start[0]] = f'{words.get(token.start[0], "")} {word}' if word else words.get(token.start[0], '')
     return words, numbers
+
+
+def _closing(statement: List[_Token]) -> Dict[int, str]:
+    """{line in which the last one of several lines in brackets ends without a comma: the words of the brackets behind
+    it}, if nothing else stands there."""
+    separators: List[int] = []  # of each open bracket, or the comma behind the one before
+    ends: Dict[int, int] = {}  # the first bracket behind the outermost one
+    for index, token in enumerate(statement):
+        if token.text in _OPENING:
+            separators.append(index)
+        elif token.text == ',' and separators:
+            separators[-1] = index
+        elif token.text in _CLOSING and separators:
+            before = separators.pop()
+            if before + 1 < index and statement[before].start[0] < statement[before + 1].start[0]:
+                ends[statement[index - 1].start[0]] = index
+    found = {}
+    for row, end in ends.items():
+        behind = [token.text for token in itertools.takewhile(lambda one: one.start[0] == row, statement[end:])]  # noqa: B023
+        if _CLOSING.issuperset(behind):
+            found[row] = ''.join([f' {text}' for text in behind])
+    return found
 
 
 class _Lines:

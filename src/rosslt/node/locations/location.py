@@ -39,6 +39,7 @@ class Location:
         weight: how hard it is to move, against 1.0 of others; None if nobody has said it.
         rank: how willingly it is changed if several locations could be: 0 first.
         row: the row of a table that it is in, its index in brackets at the end; '' if it is in none.
+        row_holds_none: as of rosslt/Location.
         unsaved: why its value cannot be written where the code says it; '' if it can.
         remembered: True while the value in force is one that the parameter had when the node started.
         changed: called without arguments when a change of its value is in force.
@@ -65,6 +66,7 @@ class Location:
     )
     rank = 0
     row = ''
+    row_holds_none = False
     unsaved = ''
 
     def __init__(
@@ -81,9 +83,7 @@ class Location:
         is_named: bool = True,
     ) -> None:
         self.id = location_id(identity)
-        self.is_named = is_named
-        self.name = name
-        self.site = site
+        self.name, self.site, self.is_named = name, site, is_named
         self.source: values.Source = values.UnnamedSource(self.id)
         self.type: Type[Any] = type(value)
         self.minimum, self.maximum, self.read_only, self.weight = minimum, maximum, read_only, weight

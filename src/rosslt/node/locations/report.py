@@ -7,6 +7,7 @@ from rosslt import files, msg, srv, values
 from rosslt.messages import Scalar
 from rosslt.node.json_scalars import Refused, to_json
 from rosslt.node.locations.location import Location, ParameterLocation
+from rosslt.node.locations.others_parameter import OthersParameter
 from rosslt.node.memory.plain_copies import PLAIN_COPIES
 from rosslt.node.memory.remembered import MEMORY
 
@@ -31,6 +32,8 @@ def all_described(
 
 
 def _why(location: Location, holders: List[str], parameter: str) -> str:
+    if isinstance(location, OthersParameter):
+        return location.effect
     if parameter:
         return f'has no effect while the parameter {parameter} is set, whose default it is'
     takers = PLAIN_COPIES.takers_of(location.source) + holders
@@ -74,6 +77,7 @@ def described(location: Location, lock: str = '', at_next_start: str = '', holde
         weight=location.weight or 0.0,
         rank=location.rank,
         row=location.row,
+        row_holds_none=location.row_holds_none,
     )
 
 

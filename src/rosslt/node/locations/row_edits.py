@@ -147,8 +147,7 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
     if _is_in_parameter_file(place):
         before = origins_of(rosgraph.Master(rospy.get_name()))
         content, edits, launched = _in_parameter_file(place, row, operation, before)
-        index = launched.path[-1]
-        origins = launched.moved(before, lambda one: files.index_after(one, index, operation))
+        origins = launched.moved(before, lambda one: launched.index_after(one, operation))
         gone = {name: one for name, one in before.items() if origins[name].get('is_gone') and not one.get('is_gone')}
         file, line = launched.file, content[: edits[0].start].count(b'\n') + 1
     else:
@@ -181,14 +180,8 @@ def _in_parameter_file(
     Raises:
         FileError: as of `row_edit`.
     """
-    location = place.location
-    origin = origins.get(location.name, {})
-    reason = why_not_written(place, origin)
-    if reason:
-        raise files.FileError(location.file, location.line, location.column, reason)
-    path = origin.get('path')
-    if path is None:
-        raise files.FileError(origin['file'], None, None, 'no list of alike rows stands here; edit the file by hand')
+    origin = _origin_of(place, origins)
+    path = origin['path']
     _check_saved(place.node, [(one, origins[one.location.name]) for one in row if one.location.name in origins])
     content, inline = files.read_bytes(origin['file']), origin.get('rosparam')
     if inline:
@@ -197,6 +190,53 @@ def _in_parameter_file(
     else:
         edits, depth = files.yaml_row_edits(origin['file'], content, path, operation)
     return content, edits, LaunchedRow(origin['file'], inline, path[:depth])
+
+
+def _origin_of(place: Place, origins: Dict[str, Any]) -> Dict[str, Any]:
+    """Where a parameter is given in YAML.
+
+    Raises:
+        FileError: that is not known, or it is given otherwise.
+    """
+    location = place.location
+    origin: Dict[str, Any] = origins.get(location.name, {})
+    reason = why_not_written(place, origin)
+    if reason:
+        raise files.FileError(location.file, location.line, location.column, reason)
+    if origin.get('path') is None:
+        raise files.FileError(origin['file'], None, None, 'no list of alike rows stands here; edit the file by hand')
+    return origin
+
+
+def _added_to_parameter_file(
+    places: Sequence[Place],
+    added: Sequence[Sequence[Scalar]],
+    behind: Sequence[Sequence[Scalar]],
+    origins: Dict[str, Any],
+) -> Tuple[bytes, List[files.Edit], LaunchedRow]:
+    """The content of the file that parameters are given in, the edits that add rows to it, and the row above these.
+
+    Args:
+        places, added, behind: as of `row_additions`.
+        origins: {full name of a parameter: where it is given}.
+
+    Raises:
+        FileError: as of `row_additions`.
+    """
+    given = [_origin_of(place, origins) for place in places]
+    file, inline = given[0]['file'], given[0].get('rosparam')
+    for place, origin in zip(places, given):
+        if (origin['file'], origin.get('rosparam')) != (file, inline):
+            raise files.FileError(file, None, None, f'{place.local_name} stands elsewhere; edit them by hand')
+    _check_saved(places[0].node, [*zip(places, given)])
+    content, paths = files.read_bytes(file), [origin['path'] for origin in given]
+    if inline:
+        nth, count = inline
+        edits, depth, below = files.inline_row_additions(file, content, nth, count, paths, added, behind)
+    else:
+        edits, depth, below = files.yaml_row_additions(file, content, paths, added, behind)
+    *around, index = paths[0][:depth]
+    return content, edits, LaunchedRow(file, inline, [*around, index + below], len(added))
 
 
 def _check_saved(node: str, row: Sequence[Tuple[Place, Dict[str, Any]]]) -> None:
@@ -214,8 +254,8 @@ def row_additions(
     added: Sequence[Sequence[Scalar]],
     timeout: float,
     behind: Sequence[Sequence[Scalar]] = (),
-) -> List[files.Edit]:
-    """Make the edits that add rows below the row that locations are in, in a source file or a live script.
+) -> RowEdit:
+    """Make the edits that add rows below the row that locations are in, in a file as of `row_edit`.
 
     Args:
         places: the locations, of one node.
@@ -229,38 +269,23 @@ def row_additions(
             saved.
         SourceUnreachable: their node does not answer; the message is the reason alone.
     """
-    check_locks(places[0].node, places[0].name, timeout)
-    content, stands = _text_of(places, places, timeout)
-    return files.python_row_additions(places[0].location.file, content, stands, added, behind)
-
-
-def add_rows(
-    places: Sequence[Place],
-    added: Sequence[Sequence[Scalar]],
-    timeout: float,
-    behind: Sequence[Sequence[Scalar]] = (),
-) -> str:
-    """Add rows below the row that locations are in, and keep what takes them back.
-
-    Args:
-        places, added, timeout, behind: as of `row_additions`.
-
-    Returns:
-        As of `RowEdit.write`.
-
-    Raises:
-        ChangeRejected, FileError, SourceUnreachable: as of `row_additions`, or the file cannot be written; then it is
-            as it was.
-    """
     place = places[0]
+    check_locks(place.node, place.name, timeout)
     after = last_request_of(place.node, timeout)
-    edits = row_additions(places, added, timeout, behind)
-    content = files.replaced(files.read_bytes(place.location.file), edits)
-    files.write(edits)
-    back = files.taking_back(edits, files.digest_of(content))
-    where = f'{place.location.file}:{place.location.line}'
-    keep_row_record(place.node, RowRecord(place.name, ADD, where, is_in_script(place), after, back, None, {}))
-    return untaken_in(place.node, timeout)
+    origins: Dict[str, Any] = {}
+    launched = None
+    file, line = place.location.file, place.location.line
+    if all(map(_is_in_parameter_file, places)):
+        before = origins_of(rosgraph.Master(rospy.get_name()))
+        content, edits, launched = _added_to_parameter_file(places, added, behind, before)
+        origins = launched.moved(before, lambda one: launched.index_after(one, ADD))
+        file, line = launched.file, content[: edits[0].start].count(b'\n') if edits else 0
+    else:
+        content, stands = _text_of(places, places, timeout)
+        edits = files.python_row_additions(file, content, stands, added, behind)
+    back = files.taking_back(edits, files.digest_of(files.replaced(content, edits)))
+    done = RowRecord(place.name, ADD, f'{file}:{line}', is_in_script(place), after, back, launched, {})
+    return RowEdit(place.node, edits, done, origins)
 
 
 def _text_of(places: Sequence[Place], row: Sequence[Place], timeout: float) -> Tuple[bytes, List[Tuple[int, int]]]:

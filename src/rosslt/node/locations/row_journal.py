@@ -34,11 +34,26 @@ class LaunchedRow(NamedTuple):
         file: it.
         rosparam: which <rosparam> of a launch file it is in, [index, count]; None if the file is YAML itself.
         path: of keys and indices, from the root of the YAML; the last one is the row's index in its list.
+        added: how many rows were added below it.
     """
 
     file: str
     rosparam: Optional[List[int]]
     path: List[Any]
+    added: int = 0
+
+    def index_after(self, index: int, operation: str) -> Optional[int]:
+        """As `files.index_after`, with this row; also if rows were added below it."""
+        if operation == ADD:
+            return index + self.added * (index > self.path[-1])
+        return files.index_after(index, self.path[-1], operation)
+
+    def index_before(self, index: int, operation: str) -> Optional[int]:
+        """As `files.index_before`, with this row; also if rows were added below it."""
+        if operation == ADD:
+            is_added = self.path[-1] < index <= self.path[-1] + self.added
+            return None if is_added else index - self.added * (index > self.path[-1])
+        return files.index_before(index, self.path[-1], operation)
 
     def moved(self, origins: _Origins, index_of: Callable[[int], Optional[int]]) -> _Origins:
         """Return the places at which parameters are given once rows of the list of this one are in other places.
@@ -150,8 +165,8 @@ def take_row_back(node: str, record: RowRecord, timeout: float) -> None:
     files.write(record.edits)
     launched = record.launched
     if launched is not None:
-        master, row = rosgraph.Master(rospy.get_name()), launched.path[-1]
-        origins = launched.moved(origins_of(master), lambda index: files.index_before(index, row, record.operation))
+        master = rosgraph.Master(rospy.get_name())
+        origins = launched.moved(origins_of(master), lambda index: launched.index_before(index, record.operation))
         back = {name: one for name, one in record.gone.items() if origins.get(name, {}).get('is_gone')}
         master.setParam(files.ORIGINS, json.dumps({**origins, **back}))
     _write(node, _read(node)[:-1])

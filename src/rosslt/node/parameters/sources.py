@@ -19,7 +19,7 @@ from rosslt.messages import Scalar
 from rosslt.node.change.owner_interface import Owner
 from rosslt.node.json_scalars import Refused
 from rosslt.node.locations.call_sites import CallSite, call_site
-from rosslt.node.locations.location import Change, ParameterLocation, put_in_force
+from rosslt.node.locations.location import Change, Defaults, ParameterLocation, put_in_force
 from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.parameters.mirror import Parameters
@@ -34,6 +34,9 @@ from rosslt.node.parameters.server import (
     part_of,
     with_part,
 )
+
+#: Makes a location of the full name and the value of a scalar in a parameter.
+Maker = Callable[[str, Scalar, Defaults], ParameterLocation]
 
 
 class ReadParameters:
@@ -53,6 +56,7 @@ class ReadParameters:
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Tree = {}  # what the master says, a tree from the root; never changed, but replaced
         self._said: Dict[str, Scalar] = {}  # the scalars in it and in the defaults in force, by name
+        self._makers: Dict[str, Maker] = {}  # by full name, what makes the locations in it that are others'
         self._made: Dict[str, ParameterLocation] = {}  # all that there ever were, by name
         self._present: Dict[str, ParameterLocation] = {}  # those of the scalars that there are now
 
@@ -84,6 +88,17 @@ class ReadParameters:
             if not is_source or not is_sent_alike(self._defaults[key], value):
                 return _leafwise(key, value, self._as_read)
         return self._mapped(key, value, operator.attrgetter('tracked'))
+
+    def own(self, key: str, site: CallSite, make: Maker) -> None:
+        """Own the locations of a parameter that another process reads.
+
+        Args:
+            key: its full name.
+            site: where it stands.
+            make: makes a location of the full name and the value of a scalar in it, and these `Defaults`.
+        """
+        self._makers[key] = make
+        self._ask(key, site, ())
 
     def _ask(self, key: str, where: Union[FrameType, CallSite], default: Tuple[Any, ...]) -> None:
         """Read a parameter from the master, and follow it from now on."""
@@ -243,7 +258,9 @@ class ReadParameters:
         location = self._made.get(name)
         if location is None:
             site = next(site for key, site in self._asked.items() if is_within(name, key))
-            location = self._made[name] = ParameterLocation(name, site, value, self)
+            make = next((make for key, make in self._makers.items() if is_within(name, key)), None)
+            location = make(name, value, self) if make else ParameterLocation(name, site, value, self)
+            self._made[name] = location
             if any(is_within(name, key) for key in self._polled):
                 location.read_in_round()
         _put([(location, location.value, value)])

@@ -5,6 +5,7 @@ If dynamic_reconfigure is not installed, there is nothing for them, and the node
 
 from typing import Callable
 
+from rosslt.messages import Scalar
 from rosslt.node.callbacks import Callbacks
 from rosslt.node.change.owner_interface import Owner
 
@@ -19,7 +20,33 @@ def serve(owner: Owner, background: Callbacks) -> Callable[[], None]:
     try:
         from rosslt.node.reconfigure.server import Server
     except ModuleNotFoundError as error:
-        if (error.name or '').split('.')[0] != 'dynamic_reconfigure':
-            raise
+        _check(error)
         return lambda: None
     return Server(owner, background).update
+
+
+def reconfigure_parameter(node: str, parameter: str, value: Scalar) -> bool:
+    """Give a parameter of a node a new value by its server of dynamic_reconfigure.
+
+    Args:
+        node: its full name.
+        parameter: its name below that of the node.
+
+    Returns:
+        False if the node has no such server, or none of that parameter, or if dynamic_reconfigure is not installed.
+
+    Raises:
+        ValueError: it does not take that value, and has the former one.
+    """
+    try:
+        from rosslt.node.reconfigure.client import set_parameter
+    except ModuleNotFoundError as error:
+        _check(error)
+        return False
+    return set_parameter(node, parameter, value)
+
+
+def _check(error: ModuleNotFoundError) -> None:
+    """Raise an error again that is not that dynamic_reconfigure is not installed."""
+    if (error.name or '').split('.')[0] != 'dynamic_reconfigure':
+        raise error
