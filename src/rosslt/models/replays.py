@@ -128,7 +128,8 @@ def recorded(process: LiveProcess, file: str) -> Recording:
         begin, end = bag.get_start_time(), bag.get_end_time()
         for topic, raw, when, header in bag.read_messages([*inputs, *outputs], raw=True, return_connection_header=True):
             came = when.to_sec() - begin, topic, bytes(raw[1])
-            if topic in outputs and header.get('callerid', b'').decode() == process.node:
+            # rosbag reads the fields of a connection's header as bytes
+            if topic in outputs and header.get('callerid') in (process.node, process.node.encode()):
                 sent.append(came)
             if topic in inputs:
                 heard.append(came)
