@@ -30,6 +30,9 @@ COMPARED = 0.5, 0.9
 #: A change is waited for as long as this, in seconds, until its outputs stay as they are.
 LONGEST = 8.0
 
+#: An answer that differs from the one before is waited for this often.
+TURNS = 8
+
 #: The largest change of a number that is tried, as a part of its size, and that of one that is 0.
 CHANGE, CHANGE_OF_0 = 0.1, 0.1
 
@@ -208,6 +211,8 @@ class _Hand:
         self._periods = {key: recording.period(key) for key in self._things}
         self.outputs: List[Number] = []
         self.seconds = 0.0
+        self._began = 0.0  # the time in the stamps of what is held
+        self._is_stamped = False  # whether all outputs have these stamps, or later ones
 
     def settle(self, at: Array) -> float:
         """Find out how long a change takes: when it shows, in seconds; `seconds` is when it stays."""
@@ -223,6 +228,8 @@ class _Hand:
             gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
             if self.seconds <= 0.75 * hold:
+                end = self._last(answers)
+                self._is_stamped = {number for number, _ in numbers_in(self._own(end))} >= set(self.outputs)
                 return late
             hold *= 2
             if hold > LONGEST:
@@ -230,11 +237,34 @@ class _Hand:
 
     def ask(self, rows: Array) -> Array:
         """The outputs (k, m) at inputs (k, n); NaN if an output has not come."""
-        found = np.full((len(rows), len(self.outputs)), np.nan)
-        for row, wanted in enumerate(rows):
-            numbers = dict(numbers_in(self._last(self._hold(wanted, self.seconds))))
-            found[row] = [numbers.get(one, np.nan) for one in self.outputs]
-        return found
+        return np.array([self._answer(wanted) for wanted in rows]).reshape(len(rows), len(self.outputs))
+
+    def _answer(self, wanted: Array) -> Array:
+        """The outputs at some inputs. On a busy machine, a message may be late, and the answer to other inputs: a stamp
+        tells it, or that the outputs are not the same twice."""
+        found = self._read(wanted)
+        if self._is_stamped:
+            return found
+        for _ in range(TURNS):
+            again, size = self._read(wanted), np.maximum(np.abs(found), 1e-300)
+            if np.all((np.abs(again - found) <= SAME * size) | (np.isnan(again) & np.isnan(found))):
+                return again
+            found = again
+        return np.full(len(self.outputs), np.nan)
+
+    def _read(self, wanted: Array) -> Array:
+        things = self._last(self._hold(wanted, self.seconds))
+        numbers = dict(numbers_in(self._own(things) if self._is_stamped else things))
+        return np.array([numbers.get(one, np.nan) for one in self.outputs])
+
+    def _own(self, things: Mapping[Any, Any]) -> Dict[Any, Any]:
+        """The messages whose stamps say that they answer to what is held."""
+        began = genpy.Time.from_sec(self._began)
+        return {
+            key: message
+            for key, message in things.items()
+            if (stamp_of(message) or (0, 0)) >= (began.secs, began.nsecs)
+        }
 
     def asker_of_parameters(self, numbers: Sequence[Number], whole: Array, at: Array) -> Callable[[Array], Array]:
         """A function as `ask`, of parameters: it starts the twin anew for each row.
@@ -264,7 +294,7 @@ class _Hand:
         for number, value in zip(self.numbers, wanted):
             changed.setdefault((number.topic, number.thing), {})[number.path] = float(value)
         sent: List[Timed] = []
-        now = time.time()
+        now = self._began = time.time()
         for key, message in self._things.items():
             held = with_numbers(message, changed.get(key, {}))
             when, period = 0.0, self._periods[key]
