@@ -8,6 +8,7 @@ import contextlib
 import io
 import math
 import time
+from collections import Counter
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Tuple
 
 import genpy
@@ -30,8 +31,14 @@ COMPARED = 0.5, 0.9
 #: A change is waited for as long as this, in seconds, until its outputs stay as they are.
 LONGEST = 8.0
 
-#: An answer that differs from the one before is waited for this often.
-TURNS = 8
+#: An answer that differs from the one before by more than this part of its size is waited for, this often.
+AGREES, TURNS = 1e-9, 8
+
+#: The time in seconds in which answers that are late are looked for again.
+LATER = 0.02
+
+#: What differs by less than this part of the largest answer has not moved: a filter never quite forgets.
+RESOLUTION = 1e-8
 
 #: The largest change of a number that is tried, as a part of its size, and that of one that is 0.
 CHANGE, CHANGE_OF_0 = 0.1, 0.1
@@ -112,13 +119,14 @@ def learn_node(
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
         found = []
         if begin:
-            learned = learn(hand.ask, at, _sizes(at), most=most)
+            learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION)
             found.append(Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated))
         if own:
             numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
             whole = np.array([type(value) is int for _, value in own])
             sizes = np.where(whole, np.maximum(1.0, np.round(_sizes(present))), _sizes(present))
-            learned = learn(hand.asker_of_parameters(numbers, whole, at), present, sizes, whole=whole, most=most)
+            ask = hand.asker_of_parameters(numbers, whole, at)
+            learned = learn(ask, present, sizes, whole=whole, most=most, resolution=RESOLUTION)
             found.append(Answer(numbers, hand.outputs, present.tolist(), late, hand.seconds, learned, twin.is_isolated))
         return found
 
@@ -213,6 +221,9 @@ class _Hand:
         self.seconds = 0.0
         self._began = 0.0  # the time in the stamps of what is held
         self._is_stamped = False  # whether all outputs have these stamps, or later ones
+        self._sent: Counter = Counter()  # how many messages, by input
+        self._came: Counter = Counter()  # and by output
+        self._answers: Dict[str, str] = {}  # {output: input}, if each message of the input has one answer
 
     def settle(self, at: Array) -> float:
         """Find out how long a change takes: when it shows, in seconds; `seconds` is when it stays."""
@@ -228,6 +239,11 @@ class _Hand:
             gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
             if self.seconds <= 0.75 * hold:
+                self._came.update(topic for _, topic, _ in self._twin.play([], self.seconds))
+                self._answers = {
+                    output: next((one for one, sent in self._sent.items() if sent == came), '')
+                    for output, came in self._came.items()
+                }
                 end = self._last(answers)
                 self._is_stamped = {number for number, _ in numbers_in(self._own(end))} >= set(self.outputs)
                 return late
@@ -240,14 +256,14 @@ class _Hand:
         return np.array([self._answer(wanted) for wanted in rows]).reshape(len(rows), len(self.outputs))
 
     def _answer(self, wanted: Array) -> Array:
-        """The outputs at some inputs. On a busy machine, a message may be late, and the answer to other inputs: a stamp
-        tells it, or that the outputs are not the same twice."""
+        """The outputs at some inputs. On a busy machine, a message may be late, and the answer to other inputs. Its stamp
+        tells it, or that others are still to come, or that the outputs are not the same twice."""
         found = self._read(wanted)
         if self._is_stamped:
             return found
         for _ in range(TURNS):
             again, size = self._read(wanted), np.maximum(np.abs(found), 1e-300)
-            if np.all((np.abs(again - found) <= SAME * size) | (np.isnan(again) & np.isnan(found))):
+            if np.all((np.abs(again - found) <= AGREES * size) | (np.isnan(again) & np.isnan(found))):
                 return again
             found = again
         return np.full(len(self.outputs), np.nan)
@@ -301,7 +317,20 @@ class _Hand:
             while when < seconds:
                 sent.append((when, key[0], _bytes(stamped(held, genpy.Time.from_sec(now + when)))))
                 when += period
-        return [answer for answer in self._twin.play(sent, seconds) if answer[0] >= 0]
+        everything = self._twin.play(sent, seconds)
+        answers = [answer for answer in everything if answer[0] >= 0]
+        # What came before the first one is an answer to something else.
+        self._came.update(topic for _, topic, _ in (everything if self._sent else answers))
+        self._sent.update(topic for _, topic, _ in sent)
+        end = time.monotonic() + LONGEST
+        while any(one and self._came[output] < self._sent[one] for output, one in self._answers.items()):
+            if time.monotonic() > end:
+                self._answers = {}  # some were left out; from now on, only a second look tells
+                break
+            late = [(seconds, topic, serialized) for _, topic, serialized in self._twin.play([], LATER)]
+            self._came.update(topic for _, topic, _ in late)
+            answers += late
+        return answers
 
     def _last(self, answers: Sequence[Timed]) -> Dict[Any, Any]:
         return self._recording.last(answers)

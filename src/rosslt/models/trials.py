@@ -33,6 +33,7 @@ def learn(
     most: int = 200,
     tolerance: float = 0.05,
     seed: int = 0,
+    resolution: float = ROUNDING,
 ) -> Learned:
     """Finds by trials which outputs of a function depend on which inputs, and how.
 
@@ -49,6 +50,7 @@ def learn(
         most: trials
         tolerance: relative error up to which first order is said to hold
         seed: of the random changes
+        resolution: the part of an output's largest answer below which a difference is no movement
 
     Returns:
         what was learned
@@ -68,7 +70,7 @@ def learn(
         raise ValueError('the start is out of bounds')
     room = np.minimum(sizes, np.stack([start - limits[:, 0], limits[:, 1] - start]))
     room = np.where(steps, np.floor(room), room)
-    return _Search(ask, start, room, steps, most, tolerance, np.random.RandomState(seed)).run()
+    return _Search(ask, start, room, steps, most, tolerance, np.random.RandomState(seed), resolution).run()
 
 
 class _OutOfTrials(Exception):
@@ -79,12 +81,20 @@ class _Search:
     """One run of `learn`. Changes are in the units of the inputs; `room` (2, n) is how far each can go down and up."""
 
     def __init__(
-        self, ask: Ask, start: Array, room: Array, whole: Array, most: int, tolerance: float, random: Any
+        self,
+        ask: Ask,
+        start: Array,
+        room: Array,
+        whole: Array,
+        most: int,
+        tolerance: float,
+        random: Any,
+        resolution: float,
     ) -> None:
         self.ask, self.start, self.room, self.whole = ask, start, room, whole
         self.left = most
         self.trials = 0
-        self.tolerance = tolerance
+        self.tolerance, self.resolution = tolerance, resolution
         self.random = random
         self.largest: Array = None
         self.is_single = True  # whether all answers fit in 32 bits
@@ -126,7 +136,7 @@ class _Search:
 
     @property
     def rounding(self) -> Array:
-        return self.largest * (2.0**-22 if self.is_single else ROUNDING)
+        return self.largest * max(2.0**-22 if self.is_single else 0.0, self.resolution)
 
     @property
     def threshold(self) -> Array:
