@@ -34,8 +34,8 @@ LONGEST = 8.0
 #: An answer that differs from the one before by more than this part of its size is waited for, this often.
 AGREES, TURNS = 1e-9, 8
 
-#: The time in seconds in which answers that are late are looked for again.
-LATER = 0.02
+#: Answers that are late are looked for again in this time, and waited for as long as that, in seconds.
+LATER, PATIENCE = 0.02, 2.0
 
 #: What differs by less than this part of the largest answer has not moved: a filter never quite forgets.
 RESOLUTION = 1e-8
@@ -256,8 +256,8 @@ class _Hand:
         return np.array([self._answer(wanted) for wanted in rows]).reshape(len(rows), len(self.outputs))
 
     def _answer(self, wanted: Array) -> Array:
-        """The outputs at some inputs. On a busy machine, a message may be late, and the answer to other inputs. Its stamp
-        tells it, or that others are still to come, or that the outputs are not the same twice."""
+        """The outputs at some inputs. On a busy machine, a message may be late, and be the answer to other inputs. Its
+        stamp tells it, or that others are still to come, or that the outputs are not the same twice."""
         found = self._read(wanted)
         if self._is_stamped:
             return found
@@ -322,15 +322,18 @@ class _Hand:
         # What came before the first one is an answer to something else.
         self._came.update(topic for _, topic, _ in (everything if self._sent else answers))
         self._sent.update(topic for _, topic, _ in sent)
-        end = time.monotonic() + LONGEST
-        while any(one and self._came[output] < self._sent[one] for output, one in self._answers.items()):
-            if time.monotonic() > end:
-                self._answers = {}  # some were left out; from now on, only a second look tells
-                break
+        end = time.monotonic() + PATIENCE
+        while self._is_awaited(answers) and time.monotonic() < end:
             late = [(seconds, topic, serialized) for _, topic, serialized in self._twin.play([], LATER)]
             self._came.update(topic for _, topic, _ in late)
             answers += late
         return answers
+
+    def _is_awaited(self, answers: Sequence[Timed]) -> bool:
+        """Whether answers to what is held are still to come."""
+        if self._is_stamped:
+            return not {number for number, _ in numbers_in(self._own(self._last(answers)))} >= set(self.outputs)
+        return any(one and self._came[output] < self._sent[one] for output, one in self._answers.items())
 
     def _last(self, answers: Sequence[Timed]) -> Dict[Any, Any]:
         return self._recording.last(answers)
