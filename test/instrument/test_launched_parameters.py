@@ -21,6 +21,7 @@ NODE = r"""
 #include <dynamic_reconfigure/server.h>
 #include <geometry_msgs/Point.h>
 #include <ros/ros.h>
+#include <unistd.h>
 
 geometry_msgs::Point message;
 
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
     ros::spinOnce();
     ros::Duration(0.02).sleep();
   }
+  if (message.x > 100) sleep(5);
 }
 """
 
@@ -67,6 +69,7 @@ LAUNCH = """<launch>
     </rosparam>
     <rosparam file="$(dirname)/more.yaml"/>
   </node>
+  {more}
 </launch>
 """
 
@@ -94,12 +97,13 @@ def packages(tmp_path_factory):
 
 @pytest.fixture
 def launch(master, packages, tmp_path):
-    """Starts the launch file: called with the name of the node, attributes of it, and options of `rosslt launch`."""
+    """Starts the launch file: called with the name of the node, attributes of it, options of `rosslt launch`, and
+    another node."""
     with contextlib.ExitStack() as stack:
 
-        def start(name, attributes='', *options, kind='cpp_node'):
+        def start(name, attributes='', *options, kind='cpp_node', more=''):
             file, log = tmp_path / f'{name}.launch', tmp_path / f'{name}.log'
-            said = LAUNCH.format(name=name, options=attributes, kind=kind)
+            said = LAUNCH.format(name=name, options=attributes, kind=kind, more=more)
             file.write_text(said)
             (tmp_path / 'more.yaml').write_text('limits: {low: -1.0, is_strict: true, frame: map}\nnothing: .nan\n')
             environment = dict(os.environ, ROS_PACKAGE_PATH=f'{packages}:{os.environ["ROS_PACKAGE_PATH"]}')
@@ -231,3 +235,28 @@ def test_a_node_in_python_that_runs_as_it_is_is_treated_alike(launch):
     assert rosslt('set', '/plain/gain', '2.25').returncode == 0
     sends(launched, x=2.25)
     assert '/plain is started again: gain is 2.25' in launched.log.read_text()
+
+
+def test_a_launch_that_ends_starts_no_node_again(launch):
+    launched = launch('slow')
+    sends(launched, x=1.5)
+    assert rosslt('set', '/slow/gain', '101').returncode == 0
+    sends(launched, x=101.0)
+    assert rosslt('set', '/slow/gain', '2').returncode == 0
+    wait_until(lambda: '/slow is started again: gain is 2.0' in launched.log.read_text(), 'it is being ended')
+    launched.process.send_signal(signal.SIGINT)
+    assert launched.process.wait(60) == 0
+    said = launched.log.read_text()
+    assert said.count('started with pid') == 2
+    assert 'has ended with exit code' not in said
+
+
+def test_a_change_of_a_node_that_has_ended_says_so(launch):
+    launched = launch('gone', more='<node pkg="cpp_package" type="cpp_node" name="other"/>')
+    sends(launched, x=1.5)
+    os.kill(pid('/gone'), signal.SIGKILL)
+    wait_until(lambda: 'exit code -9' in launched.log.read_text(), 'its end')
+    changed = rosslt('set', '/gone/gain', '2')
+    assert changed.stderr == 'rosslt set: it has no effect now: /gone has ended, and is not started again\n'
+    assert rosslt('save', '/gone').returncode == 0
+    assert '<param name="gain" value="2.00"/>\n' in launched.file.read_text()

@@ -205,3 +205,24 @@ def test_a_long_text_that_a_file_says_is_not_kept_beside_the_origins(tmp_path):
     assert config.params['/robot'].value == '<robot/>'
     assert (loader.origins['/robot']['said'], loader.origins['/robot']['is_substituted']) == (None, True)
     assert (loader.origins['/frame']['said'], loader.origins['/frame']['text']) == ('map', 'map')
+
+
+def test_parameters_that_a_launch_file_gives_to_nodes_have_their_places():
+    loader, config = NotingLoader(), ROSLaunchConfig()
+    node = '<node pkg="p" type="t" name="{}">{}</node>'
+    own = '<param name="~x" value="1"/><param name="y" value="2"/><rosparam>y: 3</rosparam>'
+    nodes = node.format('own', own), node.format('given', '<rosparam>z: 5</rosparam>')
+    outer = '<param name="~z" value="4"/><param name="own/w" value="6"/>'
+    text = f'<launch><group ns="ns">{outer}{"".join(nodes)}</group>{node.format("outside", "")}</launch>'
+    loader.load_string(text, config, verbose=False)
+    said = {name: (one['said'], one.get('tag', ())[:1]) for name, one in loader.origins.items()}
+    assert {name: given for name, (given, _) in said.items()} == {
+        name: one.value for name, one in config.params.items()
+    }
+    assert said == {
+        '/ns/own/w': (6, (1,)),
+        '/ns/own/x': (1, (2,)),
+        '/ns/own/y': (2, (3,)),
+        '/ns/own/z': (4, (0,)),
+        '/ns/given/z': (4, (0,)),
+    }

@@ -310,11 +310,11 @@ class Browser:
         pointer.pointer_action.pointer_up()
         pointer.perform()
 
-    def click_at(self, point, says):
-        """Click on what is drawn at a point of the world until the page says something."""
+    def click_at(self, point, says, within=0):
+        """Click on what is drawn at a point of the world until the page says something; `within` is that of `see`."""
 
         def clicked():
-            self.see(point)
+            self.see(point, within)
             self.press(self.pixel(point))
             self.release()
             return self._comes(lambda: says in self.text)

@@ -147,3 +147,18 @@ def test_a_waypoint_is_duplicated_in_the_details(master, browser, tmp_path):
         browser.picture('duplicated')
         browser.click('Close')
         browser.wait(lambda: 'Where it comes from' not in browser.text, 'the details are closed')
+
+
+@pytest.mark.slow
+def test_a_call_of_a_live_script_is_duplicated_in_the_details(browser, script):
+    text = script.read_text() + 'goto(-1, 2, height)\n'
+    script.write_text(text)
+    browser.wait_for_text('line 3:')
+    # The end of the curve stands on the waypoint, and is white in its middle.
+    browser.click_at((1.0, 0.5, 1.0), 'Where it comes from', within=8)
+    browser.click('Duplicate')
+    browser.wait_for_text('duplicated line 2 in way.script')
+    row = 'goto(1, 0.5, height)\n'
+    assert script.read_text() == text.replace(row, row * 2)
+    browser.click('Close')
+    browser.wait(lambda: 'Where it comes from' not in browser.text, 'the details are closed')

@@ -92,8 +92,14 @@ class _LaunchedNode:
             return ''
         if not self._restarts:
             return f'is refused unless {self.name} has it in dynamic_reconfigure: {self._why_not()}'
+        if self._has_ended() and not self._process.respawn:
+            return f'has no effect now: {self.name} has ended, and is not started again'
         by_itself = '' if name in self._is_reconfigured else ', unless that has it in dynamic_reconfigure'
         return f'takes effect as `rosslt launch` starts {self.name} again{by_itself}'
+
+    def _has_ended(self) -> bool:
+        """Return whether it is left to roslaunch, which has seen that it has ended."""
+        return self._process.time_of_death is not None and not self._waits
 
     def _why_not(self) -> str:
         return f'{self.name} reads it at its start, and `rosslt launch --no-restart` does not start it again'
@@ -119,7 +125,7 @@ class _LaunchedNode:
             if rospy.is_shutdown():
                 return
         with self._lock:
-            if self._process.time_of_death is not None and not self._waits:
+            if self._has_ended():
                 again = 'it is started again' if self._process.respawn else 'it is not started again'
                 _say(f'{self.name} has ended, {again}: {said}')
             elif not self._monitor.is_shutdown:
@@ -128,6 +134,8 @@ class _LaunchedNode:
     def _start_again(self, said: str) -> None:
         _say(f'{self.name} is started again: {said}')
         self._process.stop([])
+        if self._monitor.is_shutdown:  # somebody has ended the launch meanwhile
+            return
         self._said, self._waits, self._started = said, False, time.monotonic()
         try:
             self._start()
@@ -142,7 +150,7 @@ class _LaunchedNode:
             if self._waits or self._was_alive():
                 return True
             said, self._said = self._said, ''
-            if said and time.monotonic() - self._started < node.SUSPECT:
+            if said and time.monotonic() - self._started < node.SUSPECT and not self._monitor.is_shutdown:
                 self._waits = not self._process.respawn
                 then = '; the next change of its parameters starts it again' if self._waits else ''
                 _say(f'{self.name} has ended with exit code {self._process.exit_code} since {said}{then}')

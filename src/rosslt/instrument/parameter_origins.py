@@ -30,6 +30,9 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
         self._rosparam = 0, 0  # which <rosparam> of its file is being loaded, and of how many
         # By the id of a roslaunch.core.Node: where its arguments stand, and what they are read in.
         self._arguments: Dict[int, Tuple[Dict[str, Any], Any]] = {}
+        # Those that roslaunch gives the nodes of a context, such as `~x` of a <group>, and what a node has of its own.
+        self._for_nodes: List[Tuple[roslaunch.core.Param, Dict[str, Any]]] = []
+        self._in_node: List[roslaunch.core.Param] = []
 
     def _param_tag(self, tag: Element, context: Any, ros_config: Any, *args: Any, **kwds: Any) -> Any:
         made = super()._param_tag(tag, context, ros_config, *args, **kwds)
@@ -43,16 +46,24 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 'said': made.value,
                 'is_substituted': '$(' in tag.getAttribute('value') or not tag.hasAttribute('value'),
             }
-            name = ns_join(context.ns, made.key)
-            self._note(name, made.value, origin)
-            if not tag.hasAttribute('value') and name in self.origins:
-                # The text of a file or of a program's output may be long, such as a robot's description, and is not
-                # written back.
-                self.origins[name]['said'] = None
+            is_local = bool(kwds.get('force_local'))
+            if is_local:
+                self._in_node.append(made)
+            if is_local or made.key.startswith('~'):
+                self._for_nodes.append((made, origin))
+            else:
+                self._note_param(ns_join(context.ns, made.key), made.value, origin)
         return made
 
     def _node_tag(self, tag: Element, context: Any, *args: Any, **kwds: Any) -> Any:
+        self._in_node = []
         made = super()._node_tag(tag, context, *args, **kwds)
+        if made is not None:
+            # roslaunch sets them in this order, after what the <rosparam> in the node says.
+            for one in [*context.params, *self._in_node]:
+                origin = next(origin for param, origin in self._for_nodes if param is one)
+                full = ns_join(ns_join(made.namespace, made.name), one.key.lstrip('~'))
+                self._note_param(full, one.value, origin)
         if tag.tagName == 'node' and made is not None:
             origin = {
                 'file': os.path.realpath(context.filename),
@@ -115,6 +126,13 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 # Inside of the launch file: another language within it.
                 origin['rosparam'], origin['text'] = self._rosparam, text
             self._note(key, one.value, origin, path)
+
+    def _note_param(self, name: str, value: object, origin: Dict[str, Any]) -> None:
+        self._note(name, value, origin)
+        if origin['is_substituted'] and not origin['text'] and name in self.origins:
+            # The text of a file or of a program's output may be long, such as a robot's description, and is not
+            # written back.
+            self.origins[name]['said'] = None
 
     def _note(self, key: str, value: object, origin: Dict[str, object], path: Optional[List[_Step]] = None) -> None:
         for name in [one for one in self.origins if one == key or one.startswith(key + '/')]:
