@@ -364,12 +364,7 @@ def running() -> Iterator[types.FrameType]:
     A function that rospy or another package calls in a thread is a round of its own. In the main thread, all count.
     """
     main = threading.main_thread().ident
-    for thread, frame in _current_frames().items():
-        stack = []
-        outer: Optional[types.FrameType] = frame
-        while outer is not None:
-            stack.append(outer)
-            outer = outer.f_back
+    for thread, stack in _stacks().items():
         for one in reversed(stack):
             if one.f_globals.get('__name__') == 'threading':
                 continue
@@ -380,13 +375,21 @@ def running() -> Iterator[types.FrameType]:
                 break
 
 
-def _current_frames() -> Dict[int, types.FrameType]:
-    """The frame of each thread. Garbage is collected later: CPython before 3.11.5 holds a lock meanwhile for which a
-    destructor may wait for ever (its issue 106883)."""
+def _stacks() -> Dict[int, List[types.FrameType]]:
+    """The frames of each thread, the inner ones first. Garbage is collected later: CPython before 3.11.5 holds a lock
+    meanwhile for which a destructor may wait for ever (its issue 106883), and a destructor may let another thread end
+    the function whose frame `f_back` is about to make."""
+    found: Dict[int, List[types.FrameType]] = {}
     is_collected = gc.isenabled()
     gc.disable()
     try:
-        return sys._current_frames()
+        for thread, frame in sys._current_frames().items():
+            outer: Optional[types.FrameType] = frame
+            stack = found[thread] = []
+            while outer is not None:
+                stack.append(outer)
+                outer = outer.f_back
+        return found
     finally:
         if is_collected:
             gc.enable()
