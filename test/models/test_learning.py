@@ -99,6 +99,7 @@ def test_the_slope_of_a_gain_is_that_of_its_parameters(program, talker):
     assert rosslt('list', '/opaque').returncode == 1  # the live one has become nothing else
 
 
+@pytest.mark.slow
 def test_of_two_that_move_together_the_one_that_matters_is_found(program, talker):
     found, (row,) = learned(program, 'other')
     assert row[:3] == ['/out/data', '/other/data', 'smooth'], found.stderr
@@ -145,6 +146,7 @@ def test_what_was_recorded_in_a_bag_is_played(program, talker, tmp_path):
     assert float(row[3]) == pytest.approx(2.5, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_limit_is_said_to_be_one(program, master):
     with running('/talker', sys.executable, '-c', TALKER.replace('0.5 + 0.2', '1.0 + 0.0')):
         found, (row,) = learned(program, 'saturation')
@@ -166,6 +168,7 @@ def test_what_a_twin_does_otherwise_is_refused(program, talker, kind, reason):
     assert reason in found.stderr
 
 
+@pytest.mark.slow
 def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     rospy.set_param('/robot_description', ARM)
     with running('/talker', sys.executable, '-c', JOINTS), running(

@@ -74,8 +74,8 @@ def found_in_random_runs(runs, most, bend=0.0, noise=0.0, share=0.5):
     return there, found, false, np.array(errors)
 
 
-@pytest.mark.parametrize('bend', [0.0, 0.1])
-@pytest.mark.parametrize('share', [0.4, 1.0])
+@pytest.mark.parametrize('bend', [pytest.param(0.0, marks=pytest.mark.slow), 0.1])
+@pytest.mark.parametrize('share', [0.4, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_ten_of_200_inputs_are_found_in_60_trials(bend, share):
     there, found, false, errors = found_in_random_runs(100, 60, bend=bend, share=share)
     assert false == 0
