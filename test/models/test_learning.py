@@ -11,6 +11,7 @@ import pytest
 import rosgraph
 import rospy
 
+from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
 from support.processes import forget_plain_node, wait_until
 from support.shell import record_bag, rosslt
 
@@ -188,6 +189,12 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     assert rows.keys() == expected.keys(), found.stderr
     for names, slope in expected.items():
         assert float(rows[names][3]) == pytest.approx(slope, rel=1e-3)
+
+
+def test_simulated_time_is_refused():
+    process = LiveProcess('/opaque', 1, '', (), {}, '/', {'/in': 'std_msgs/Float64'}, {'/out': 'std_msgs/Float64'})
+    with pytest.raises(NotLearned, match=r'time is simulated \(/use_sim_time\)'):
+        learn_node(process, {'use_sim_time': True}, Recording([], [], {}, 2.0))
 
 
 def test_what_cannot_be_copied_is_said(master):

@@ -8,6 +8,6 @@ from rosslt.models.learned import Dependency, Learned
 from rosslt.models.learning import Answer, NotLearned, learn_node
 from rosslt.models.processes import LiveProcess, NotCopied, live_process
 from rosslt.models.raw_messages import NotBuilt
-from rosslt.models.replays import Number, record, recorded
+from rosslt.models.replays import Number, Recording, record, recorded
 from rosslt.models.trials import learn
 from rosslt.models.twin import Twin, TwinFailed

@@ -93,10 +93,13 @@ def learn_node(
         what depends on its inputs, and on its parameters if they were tried.
 
     Raises:
-        NotLearned: the twin does not do what the node does, or there are no numbers to change or to look at.
+        NotLearned: the twin does not do what the node does, there are no numbers to change or to look at, or time is
+            simulated.
         TwinFailed: the twin does not come up, or ends.
     """
     inputs, outputs = inputs_and_outputs(process)
+    if parameters.get('use_sim_time'):
+        raise NotLearned('time is simulated (/use_sim_time), and a twin has no clock to follow')
     if not recording.outputs:
         raise NotLearned(f'{process.node} has sent nothing within {recording.seconds:g} s')
     begin = numbers_in(recording.last(recording.inputs))
