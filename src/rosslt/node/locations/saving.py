@@ -270,10 +270,10 @@ def why_not_written(place: Place, origin: Any) -> str:
 def _why_not_given(origin: Dict[str, Any]) -> str:
     """Why the <arg> that gave a parameter may not give it now: what led there was edited; '' if it gives it."""
     for step in origin.get('through', ()):
-        word, file = step.get('word'), step['file']
+        (nth, total), word, file = step['tag'], step.get('word'), step['file']
         expected = step['text'] if word is None else files.words(step['text'])[word]
         change = files.AttributeChange(
-            *step['tag'], step['name'], [], '', str, '', word, step['text'], step.get('arg', '')
+            nth, total, step['name'], [], '', str, '', word, step['text'], step.get('arg', '')
         )
         try:
             text = files.attribute_text(file, files.read_bytes(file), change)
