@@ -155,6 +155,33 @@ def test_a_number_of_arguments_is_written_where_it_means_the_same(args, word, af
     assert [reason for _, reason in left] == [why][: after is None]
 
 
+ARGS = """<launch>
+  <include file="b.launch"><arg name="gain" value="2.50"/></include>
+  <arg doc="default='2.50'" name="gain" default = '2.50'/>
+</launch>
+"""
+
+
+@pytest.mark.parametrize(
+    ('attribute', 'nth', 'content', 'after', 'why'),
+    [
+        ('value', 0, ARGS, ARGS.replace('"2.50"', '"4.50"'), ''),
+        ('default', 1, ARGS, ARGS.replace(" = '2.50'", " = '4.50'"), ''),
+        ('default', 0, ARGS, ARGS.replace(" = '2.50'", " = '4.50'"), ''),
+        ('default', 1, ARGS.replace(" default = '2.50'", ''), None, 'it is not certain which <arg name="gain">'),
+        ('value', 0, ARGS.replace('"2.50"', '"$(arg k)"'), None, '$(arg k)'),
+    ],
+)
+def test_an_argument_of_a_launch_file_is_written_in_its_tag(attribute, nth, content, after, why):
+    change = files.AttributeChange(nth, 2, 'gain', [2.5], 4.5, float, 'it', arg=attribute)
+    edits, left = files.attribute_edits('a.launch', content.encode(), [change])
+    assert files.replaced(content.encode(), edits).decode() == (after or content)
+    assert [why in reason for _, reason in left] == [True][: after is None]
+    standing = files.attribute_places('a.launch', content.encode(), [change])[0]
+    if after:
+        assert content[standing.start : standing.end] == '2.50'
+
+
 def test_values_are_found_where_they_stand():
     content = LAUNCH.encode()
 

@@ -27,7 +27,7 @@ while not rospy.is_shutdown():
     told.publish(frame if rospy.get_param('~shown') else lines)
     p.header.frame_id = 'world'
     p.pose.position.x = rospy.get_param('~east')
-    p.pose.position.y = rospy.get_param('~place/north') + rospy.get_param('~given')
+    p.pose.position.y = rospy.get_param('~place/north') + rospy.get_param('~given') * rospy.get_param('~more')
     p.pose.position.z = rospy.get_param('~heights')[1] + rospy.get_param('~count', 4)
     p.pose.orientation.w = 1.0
     pub.publish(p)
@@ -36,9 +36,10 @@ while not rospy.is_shutdown():
 
 LAUNCH = """<launch>
   <!-- <param name="east" value="0"/> ä -->
-  <arg name="given" default="1.5"/>
+  <arg name="given" default="1.5"/> <arg name="more" default="0"/>
   <node pkg="buoy_package" type="buoy.py" name="buoy">
     <param name="east" value='2.50'/> <param name="given" value="$(arg given)"/>
+    <param name="more" value="$(eval more + 1)"/>
     <param name="frame" value="world"/> <param name="shown" value="True"/>
     <rosparam>place: {{north: -1.0}}  # -1.0</rosparam>
     <rosparam file="{folder}/buoy.yaml"/>
@@ -81,7 +82,9 @@ def has_become(name, expected):
 def test_parameters_are_marked_where_a_launch_file_gives_them(panel):
     assert panel.line_of('/buoy/~east').startswith('    <param name="east" value=\'2.50\'/> <param')
     assert panel.line_of('/buoy/~place/north') == '    <rosparam>place: {north: -1.0}  # -1.0</rosparam>'
-    panel.says('not marked are /buoy/~given: it stands in')
+    assert panel.line_of('/buoy/~given').startswith('  <arg name="given" default="1.5"/> <arg')
+    panel.shows('/buoy/~given', '1.5')
+    panel.says('not marked are /buoy/~more: it stands in')
     panel.browser.picture('source_launch')
     panel.type('/buoy/~east', Keys.CONTROL, 'a', Keys.NULL, '-1.5', Keys.ENTER)
     has_become('/buoy/east', -1.5)

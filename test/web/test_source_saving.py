@@ -25,7 +25,7 @@ while not rospy.is_shutdown():
 
 LAUNCH = """<launch>
   <arg name="given" default="1.5"/>
-  <node pkg="twin_package" type="twin.py" name="left"><param name="given" value="$(arg given)"/></node>
+  <node pkg="twin_package" type="twin.py" name="left"><param name="given" value="$(eval given + 0)"/></node>
   <node pkg="twin_package" type="twin.py" name="right"><param name="given" value="3"/></node>
 </launch>
 """

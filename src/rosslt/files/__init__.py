@@ -10,7 +10,7 @@ of them, and `watching` notices what others write.
 from rosslt.files.atomic_replacement import Unsettled, holds, overwrite, read_bytes, read_settled_bytes, replace_bytes
 from rosslt.files.errors import FileError
 from rosslt.files.inline_yaml import inline_edits, inline_places, inline_row_additions, inline_row_edits
-from rosslt.files.launch_text import ORIGINS, AttributeChange, attribute_edits, attribute_places, words
+from rosslt.files.launch_text import ORIGINS, AttributeChange, attribute_edits, attribute_places, attribute_text, words
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar, notations
 from rosslt.files.python_literals import LITERALS, Literal, Positions
 from rosslt.files.python_rows import python_row_additions, python_row_edits, rows_of_numbers

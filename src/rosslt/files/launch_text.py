@@ -1,5 +1,5 @@
-"""Launch files as text: other values in their <param> tags and in the arguments of nodes, and every other byte as it
-is."""
+"""Launch files as text: other values in their <param> and <arg> tags and in the arguments of nodes, and every other
+byte as it is."""
 
 import contextlib
 import math
@@ -43,17 +43,18 @@ class Event(NamedTuple):
 
 
 class AttributeChange(NamedTuple):
-    """The change of a <param>'s value, or of a word of a <node>'s arguments.
+    """The change of the value of a <param> or an <arg>, or of a word of a <node>'s arguments.
 
     Attributes:
-        nth, total: which <param> or <node> of the file it was when that was loaded, and of how many.
+        nth, total: which <param>, <arg> or <node> of the file it was when that was loaded, and of how many.
         name: its attribute `name`.
         said: what it said then, and what may have been saved there since.
         value: what it should say.
-        read: reads the attribute `value`, or the word, as roslaunch or the node does.
+        read: reads the attribute, or the word, as roslaunch or the node does.
         what: what people call it.
-        word: which word of the arguments, from 0; None for a <param>.
+        word: which word of the arguments, from 0; None for a <param> or an <arg>.
         args: the arguments then.
+        arg: the attribute of an <arg> that gives the value, `value` or `default`; '' for others.
     """
 
     nth: int
@@ -65,18 +66,23 @@ class AttributeChange(NamedTuple):
     what: str
     word: Optional[int] = None
     args: str = ''
+    arg: str = ''
 
     @property
     def tag(self) -> str:
+        if self.arg:
+            return 'arg'
         return 'param' if self.word is None else 'node'
 
     @property
     def attribute(self) -> str:
+        if self.arg:
+            return self.arg
         return 'value' if self.word is None else 'args'
 
     def may_be(self, tag: Event) -> bool:
         """Return whether a tag may be the one meant: it has the name and, but for numbers, the words of then."""
-        if tag.attributes.get('name') != self.name:
+        if tag.attributes.get('name') != self.name or (self.arg and self.arg not in tag.attributes):
             return False
         return self.word is None or _but_numbers(tag.attributes.get('args', '')) == _but_numbers(self.args)
 
@@ -143,7 +149,7 @@ def becomes(content: bytes, edit: Edit, events: Sequence[Event]) -> bool:
 def attribute_edits(
     file: str, content: bytes, changes: Sequence[AttributeChange]
 ) -> Tuple[List[Edit], List[Tuple[str, str]]]:
-    """Make the edits that give <param> tags, and arguments of nodes, other values.
+    """Make the edits that give <param> and <arg> tags, and arguments of nodes, other values.
 
     Returns:
         (edits, [(what a change is called, why it cannot be made), ...]).
@@ -167,8 +173,19 @@ def attribute_edits(
     return edits, left
 
 
+def attribute_text(file: str, content: bytes, change: AttributeChange) -> str:
+    """What the attribute, or the word, of a change says now, whatever it should say; '' if there is none.
+
+    Raises:
+        FileError: the file is no XML.
+        ValueError: it is not certain which tag it is.
+    """
+    events = events_of(file, content)
+    return change.text_in(events[_index_of_tag(events, change, file)])
+
+
 def attribute_places(file: str, content: bytes, changes: Sequence[AttributeChange]) -> List[Optional[Standing]]:
-    """Find where the values of <param> tags, and of arguments of nodes, stand.
+    """Find where the values of <param> and <arg> tags, and of arguments of nodes, stand.
 
     Returns:
         Where that of each change stands; None if that is not certain.

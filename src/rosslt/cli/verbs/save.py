@@ -18,9 +18,9 @@ from rosslt.node import Directory
 GROUP = CHANGE
 SUMMARY = 'changed values where they were read: in the code, in launch and YAML files'
 DESCRIPTION = """Write each changed value of a node back to where it was read: a literal in its source file; a parameter
-in the YAML file or the <param> that `rosslt launch` has read it from. Only these values change. All files are
-written, or none; what cannot be written back is named, and left. A file that was edited since is written where it is
-certain which value is which.
+in the YAML file, the <param> or the <arg> that `rosslt launch` has read it from. Only these values change. All files
+are written, or none; what cannot be written back is named, and left. A file that was edited since is written where it
+is certain which value is which.
 
 With FILE, write the current values of all of its locations as YAML instead. `rosparam load FILE` puts them in force
 again, and so does <rosparam file="FILE"/> in a launch file, before the node starts."""

@@ -183,7 +183,7 @@ def _in_parameter_files(
             continue
         if values and files.equal(place.value, values[0]) and not (origin or {}).get('offered'):
             changed_back.add(place.local_name)
-        reason = why_not_written(place, origin) or _said_for_another(place, origins, master)
+        reason = why_not_written(place, origin) or _said_for_another(place, origins, master) or _why_not_given(origin)
         if reason:
             unsaved.append(Unsaved(place.local_name, reason))
         else:
@@ -262,13 +262,32 @@ def why_not_written(place: Place, origin: Any) -> str:
     if origin.get('is_gone'):
         return f'its row was deleted from {origin["file"]}'
     if origin.get('is_substituted'):
-        return f'it stands in {origin["file"]} through a substitution'
+        why = f': {origin["why"]}' if 'why' in origin else ''
+        return f'it stands in {origin["file"]} through a substitution{why}'
+    return ''
+
+
+def _why_not_given(origin: Dict[str, Any]) -> str:
+    """Why the <arg> that gave a parameter may not give it now: what led there was edited; '' if it gives it."""
+    for step in origin.get('through', ()):
+        (nth, total), word, file = step['tag'], step.get('word'), step['file']
+        expected = step['text'] if word is None else files.words(step['text'])[word]
+        change = files.AttributeChange(
+            nth, total, step['name'], [], '', str, '', word, step['text'], step.get('arg', '')
+        )
+        try:
+            text = files.attribute_text(file, files.read_bytes(file), change)
+        except (files.FileError, ValueError) as error:
+            return str(error)
+        if text != expected:
+            return f'it was edited since it was loaded: {file} says {text} instead of {expected}'
     return ''
 
 
 def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> str:
     """Why the place that sets a parameter must not be written: it also sets a parameter with a different value; ''
-    if it may. Launch files are included several times, and YAML files loaded in several namespaces."""
+    if it may. Launch files are included several times, YAML files loaded in several namespaces, and an <arg> gives
+    several parameters."""
     own = _where(origins[place.location.name])
     others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
     if not others:
@@ -283,7 +302,10 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
 
 def _where(origin: Dict[str, object]) -> Dict[str, Any]:
     """Return the position of a parameter in its file; equal for parameters that were read from the same text."""
-    return {key: origin.get(key) for key in ('file', 'tag', 'name', 'text', 'rosparam', 'path', 'word', 'said')}
+    keys = ['file', 'tag', 'name', 'text', 'rosparam', 'path', 'word', 'arg']
+    if 'arg' not in origin:  # the text of an <arg> is a number for one parameter, and a text for another one
+        keys.append('said')
+    return {key: origin.get(key) for key in keys}
 
 
 def edits_of(file: str, those: List[_Given]) -> Tuple[List[files.Edit], List[Tuple[str, str]]]:
@@ -368,10 +390,11 @@ def _attribute_change(place: Place, origin: Dict[str, Any]) -> files.AttributeCh
         origin['name'],
         origin['said'],
         place.value,
-        float if 'word' in origin else functools.partial(_read_param, convert_value, origin['type']),
+        float if 'type' not in origin else functools.partial(_read_param, convert_value, origin['type']),
         place.local_name,
         origin.get('word'),
         origin['text'],
+        origin.get('arg', ''),
     )
 
 
