@@ -37,6 +37,18 @@ while not rospy.is_shutdown():
         publisher.publish(0.5 + 0.2 * math.sin(0.1 * step))
     rate.sleep()
 """
+#: Records a node that the system holds until a subscriber waits for it; prints how much it has heard and sent.
+RECORDER = """
+import os, signal, sys, threading, time
+import rosgraph, rospy
+from rosslt import models
+process = models.live_process(rosgraph.Master('/test'), '/opaque')
+rospy.init_node('recorder')
+os.kill(process.pid, signal.SIGSTOP)
+threading.Timer(1.0, os.kill, (process.pid, signal.SIGCONT)).start()
+recording = models.record(process, 0.5)
+print(len(recording.inputs), len(recording.outputs), recording.seconds)
+"""
 JOINTS = f"""
 import rospy
 from sensor_msgs.msg import JointState
@@ -98,6 +110,15 @@ def test_the_slope_of_a_gain_is_that_of_its_parameters(program, talker):
     assert float(row[3]) == pytest.approx(4.0, rel=1e-9)
     assert 'on the same messages, it sends the same' in found.stderr
     assert rosslt('list', '/opaque').returncode == 1  # the live one has become nothing else
+
+
+def test_a_recording_begins_when_all_are_connected(program, talker):
+    with running('/opaque', program, '_kind:=gain'):
+        found = subprocess.run([sys.executable, '-c', RECORDER], stdout=subprocess.PIPE, text=True, check=True)
+    heard, sent, seconds = found.stdout.split()
+    assert int(heard) > 0
+    assert int(sent) > 0
+    assert seconds == '0.5'
 
 
 @pytest.mark.slow
