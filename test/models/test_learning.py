@@ -122,6 +122,28 @@ def test_a_recording_begins_when_all_are_connected(program, talker):
 
 
 @pytest.mark.slow
+def test_what_a_node_sends_to_itself_is_no_input(master, tmp_path):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('both')
+    state, out = (rospy.Publisher(name, Float64, queue_size=5) for name in ('state', 'out'))
+    rospy.Subscriber('in', Float64, lambda message: state.publish(2 * message.data))
+    rospy.Subscriber('state', Float64, lambda message: out.publish(message.data + 1))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER), running(
+        '/both', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/both')
+    rows = [line.split('\t') for line in found.stdout.splitlines()]
+    assert [row[:3] for row in rows] == [
+        ['/out/data', '/in/data', 'smooth'],
+        ['/state/data', '/in/data', 'smooth'],
+    ], found.stderr
+
+
+@pytest.mark.slow
 def test_of_two_that_move_together_the_one_that_matters_is_found(program, talker):
     found, (row,) = learned(program, 'other')
     assert row[:3] == ['/out/data', '/other/data', 'smooth'], found.stderr

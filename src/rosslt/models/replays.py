@@ -100,9 +100,9 @@ def record(process: LiveProcess, seconds: float) -> Recording:
     def take(message: rospy.AnyMsg, topic: str) -> None:
         is_own = message._connection_header.get('callerid') == process.node
         came = time.monotonic(), topic, bytes(message._buff)
-        if is_own and topic in outputs:
-            sent.append(came)
-        if topic in inputs:
+        if is_own:
+            sent.append(came)  # a twin sends to itself as well
+        elif topic in inputs:
             heard.append(came)
 
     subscribers = [
@@ -141,9 +141,9 @@ def recorded(process: LiveProcess, file: str) -> Recording:
         for topic, raw, when, header in bag.read_messages([*inputs, *outputs], raw=True, return_connection_header=True):
             came = when.to_sec() - begin, topic, bytes(raw[1])
             # rosbag reads the fields of a connection's header as bytes
-            if topic in outputs and header.get('callerid') in (process.node, process.node.encode()):
+            if header.get('callerid') in (process.node, process.node.encode()):
                 sent.append(came)
-            if topic in inputs:
+            elif topic in inputs:
                 heard.append(came)
     return Recording(sorted(heard), sorted(sent), _classes({**inputs, **outputs}), end - begin)
 
