@@ -122,7 +122,7 @@ def learn_node(
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
         found = []
         if begin:
-            learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION)
+            learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION, confirms=True)
             found.append(Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated))
         if own:
             numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
