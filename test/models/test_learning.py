@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import signal
 import subprocess
 import sys
 import textwrap
@@ -232,6 +233,21 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     assert rows.keys() == expected.keys(), found.stderr
     for names, slope in expected.items():
         assert float(rows[names][3]) == pytest.approx(slope, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_ends_it_and_leaves_nothing(program, talker, number, tmp_path, monkeypatch):
+    with running('/opaque', program, '_kind:=gain'):
+        monkeypatch.setenv('TMPDIR', str(tmp_path))
+        with subprocess.Popen(['rosslt', 'learn', '/opaque'], stderr=subprocess.PIPE, text=True) as learning:
+            assert learning.stderr.readline().startswith('rosslt learn: the twin runs')
+            learning.send_signal(number)
+            said = learning.stderr.read()
+        assert learning.returncode == (-signal.SIGKILL if number == signal.SIGKILL else 1)
+        assert said == ('' if number == signal.SIGKILL else 'rosslt learn: interrupted\n')
+        wait_until(lambda: not list(tmp_path.glob('rosslt_twin_*')), 'the directory of the twin goes')
+        assert '/rosslt' not in str(rosgraph.Master('/test').getSystemState())
 
 
 def test_simulated_time_is_refused():
