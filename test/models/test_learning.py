@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import rosgraph
 import rospy
+from std_srvs.srv import Empty
 
 from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
 from support.processes import forget_plain_node, wait_until
@@ -120,6 +121,15 @@ def test_a_recording_begins_when_all_are_connected(program, talker):
     assert int(heard) > 0
     assert int(sent) > 0
     assert seconds == '0.5'
+
+
+def test_a_node_that_ends_while_it_is_listened_to_is_said(program, talker):
+    ending = RECORDER.replace('SIGCONT', 'SIGKILL').replace('os.kill(process.pid, signal.SIGSTOP)', '')
+    with running('/opaque', program, '_kind:=gain'):
+        found = subprocess.run(
+            [sys.executable, '-c', ending.replace('0.5', '2.0')], stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert '/opaque has ended while it was listened to' in found.stderr
 
 
 @pytest.mark.slow
@@ -254,6 +264,83 @@ def test_simulated_time_is_refused():
     process = LiveProcess('/opaque', 1, '', (), {}, '/', {'/in': 'std_msgs/Float64'}, {'/out': 'std_msgs/Float64'})
     with pytest.raises(NotLearned, match=r'time is simulated \(/use_sim_time\)'):
         learn_node(process, {'use_sim_time': True}, Recording([], [], {}, 2.0))
+
+
+@pytest.mark.slow
+def test_a_slow_timer_is_waited_for(master):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('slow')
+    out, heard = rospy.Publisher('out', Float64, queue_size=5), []
+    rospy.Subscriber('in', Float64, heard.append)
+    rospy.Timer(rospy.Duration(0.5), lambda _: heard and out.publish(3 * heard[-1].data))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER.replace('0.2 *', '0.0 *')), running(
+        '/slow', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/slow', '--seconds=4')
+    assert [line.split('\t')[:3] for line in found.stdout.splitlines()] == [['/out/data', '/in/data', 'smooth']], found
+
+
+@pytest.mark.slow
+def test_a_state_that_shows_in_an_order_is_seen(master):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    from std_srvs.srv import Empty
+    rospy.init_node('mode')
+    out, sign = rospy.Publisher('out', Float64, queue_size=5), [1]
+    rospy.Service('turn', Empty, lambda _: sign.append(-1) or [])
+    rospy.Subscriber('in', Float64, lambda message: out.publish(message.data * sign[-1]))
+    rospy.spin()
+    """
+    talker = TALKER.replace('0.5 + 0.2 * math.sin(0.1 * step)', 'step // 80 % 3 - 1')
+    with running('/talker', sys.executable, '-c', talker), running(
+        '/mode', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        rospy.ServiceProxy('/turn', Empty)()
+        found = rosslt('learn', '/mode', '--seconds=5')
+    assert (found.returncode, found.stdout) == (1, '')
+    assert 'the twin of /mode does not do what it does: /out/data differs by' in found.stderr
+
+
+@pytest.mark.slow
+def test_the_places_of_frames_are_changed_and_not_their_turns(master):
+    broadcaster = """
+    import rospy
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+    rospy.init_node('talker')
+    publisher, rate = rospy.Publisher('/tf', TFMessage, queue_size=1), rospy.Rate(50)
+    while not rospy.is_shutdown():
+        frame = TransformStamped(child_frame_id='tip')
+        frame.header.frame_id, frame.header.stamp = 'base', rospy.Time.now()
+        frame.transform.translation.x, frame.transform.rotation.z, frame.transform.rotation.w = 0.4, 0.6, 0.8
+        publisher.publish(TFMessage([frame]))
+        rate.sleep()
+    """
+    listener = """
+    import rospy, tf2_ros
+    from std_msgs.msg import Float64
+    rospy.init_node('reader')
+    buffer, out = tf2_ros.Buffer(), rospy.Publisher('out', Float64, queue_size=5)
+    listening = tf2_ros.TransformListener(buffer)
+    def tell(_):
+        if buffer.can_transform('base', 'tip', rospy.Time()):
+            out.publish(2 * buffer.lookup_transform('base', 'tip', rospy.Time()).transform.translation.x)
+    rospy.Timer(rospy.Duration(0.02), tell)
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', textwrap.dedent(broadcaster)), running(
+        '/reader', sys.executable, '-c', textwrap.dedent(listener)
+    ):
+        found = rosslt('learn', '/reader')
+    (row,) = (line.split('\t') for line in found.stdout.splitlines())
+    assert row[:3] == ['/out/data', '/tf/transforms[0]/transform/translation/x', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(2, rel=1e-6)
+    assert 'rotations of frames are not changed' in found.stderr
 
 
 def test_what_cannot_be_copied_is_said(master):

@@ -2,6 +2,7 @@
 
 import copy
 import math
+import os
 import statistics
 import time
 from typing import Any, Dict, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -13,7 +14,7 @@ import roslib.message
 import rospy
 
 from rosslt import messages, values
-from rosslt.models.processes import LiveProcess
+from rosslt.models.processes import LiveProcess, NotCopied
 from rosslt.models.raw_messages import raw_class
 from rosslt.models.twin import Timed
 
@@ -92,6 +93,9 @@ def record(process: LiveProcess, seconds: float) -> Recording:
         process: the node's; this process is a node as well.
         seconds: for so long, from when all publishers are connected. What comes before, as latched messages do, has a
             negative time.
+
+    Raises:
+        NotCopied: the node has ended meanwhile.
     """
     inputs, outputs = inputs_and_outputs(process)
     heard: List[Timed] = []
@@ -119,6 +123,8 @@ def record(process: LiveProcess, seconds: float) -> Recording:
     rospy.rostime.wallsleep(seconds)
     for subscriber in subscribers:
         subscriber.unregister()
+    if not os.path.exists(f'/proc/{process.pid}/exe'):  # neither ended nor left unwaited for
+        raise NotCopied(f'{process.node} has ended while it was listened to')
     since = [[(when - begin, topic, data) for when, topic, data in sorted(part)] for part in (heard, sent)]
     return Recording(since[0], since[1], _classes({**inputs, **outputs}), seconds)
 
