@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Tuple
 
@@ -39,6 +40,7 @@ _PARAMETER = re.compile('_[^_].*:=')
 # from the headers of Linux
 _SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 1
 _MS_BIND = 4096
+_PR_SET_CHILD_SUBREAPER = 36
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
@@ -117,9 +119,10 @@ class Laboratory:
         environment = {**process.environment, 'ROS_MASTER_URI': uri, 'ROS_IP': '127.0.0.1'}
         environment.update(ROS_HOME=self._directory, ROS_LOG_DIR=self._directory)
         environment.pop('ROS_HOSTNAME', None)
+        arguments = [one for one in process.arguments if not (one.startswith(_NOT_COPIED) or _PARAMETER.match(one))]
         with open(self._output, 'wb') as output:
             return subprocess.Popen(
-                [one for one in process.arguments if not (one.startswith(_NOT_COPIED) or _PARAMETER.match(one))],
+                [*arguments, '__name:=' + process.node.rpartition('/')[2]],  # an anonymous one would have another
                 executable=process.executable,
                 cwd=process.directory,
                 env=environment,
@@ -175,10 +178,23 @@ class Laboratory:
         return answers
 
     def stop(self) -> None:
-        """End the copy, and all that it has started in its session."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.copy.pid, signal.SIGKILL)
+        """End the copy, and all that it has started."""
+        self.copy.kill()
         self.copy.wait()
+        while children := _children():  # what a process has started becomes a child of this one when it ends
+            for child in children:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+
+
+def _children() -> List[int]:
+    """The processes that this one has to wait for."""
+    found = []
+    for file in Path('/proc').glob('[0-9]*/stat'):
+        with contextlib.suppress(OSError):  # ended meanwhile
+            if int(file.read_text(encoding='utf-8', errors='replace').rpartition(')')[2].split()[1]) == os.getpid():
+                found.append(int(file.parent.name))
+    return found
 
 
 def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
@@ -187,7 +203,7 @@ def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
     order = pickle.load(requests)
     try:
         laboratory = Laboratory(order, directory)
-    except (Failed, NotBuilt) as failure:
+    except (Failed, NotBuilt, OSError) as failure:
         answer((str(failure), None))
         return
     answer(('', None))
@@ -209,6 +225,7 @@ def main() -> None:
         bring_up_loopback()
         hide_devices()
         tempfile.tempdir = '/dev/shm'
+    _LIBC.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     answers = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)  # what others print is no answer
 
@@ -216,10 +233,13 @@ def main() -> None:
         pickle.dump(result, answers)
         answers.flush()
 
-    with tempfile.TemporaryDirectory(prefix='rosslt_twin_') as directory, contextlib.suppress(
-        EOFError, BrokenPipeError, ParentGone
-    ):
-        serve(directory, answer)
+    try:
+        with tempfile.TemporaryDirectory(prefix='rosslt_twin_') as directory, contextlib.suppress(
+            EOFError, pickle.UnpicklingError, BrokenPipeError, ParentGone
+        ):
+            serve(directory, answer)
+    except Exception:
+        traceback.print_exc()
     os._exit(0)  # the threads of the master go on otherwise
 
 
