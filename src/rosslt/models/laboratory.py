@@ -6,6 +6,7 @@ It takes requests from its standard input and answers on its standard output, bo
 import contextlib
 import ctypes
 import fcntl
+import http.client
 import os
 import pickle
 import re
@@ -18,8 +19,9 @@ import sys
 import tempfile
 import time
 import traceback
+import xmlrpc.client
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Set, Tuple
 
 import rosgraph
 import rosmaster.master
@@ -30,6 +32,9 @@ from rosslt.models.raw_messages import NotBuilt, raw_class
 
 _NAME = '/rosslt_laboratory'
 _LAST_LINES = 10
+
+#: The time that a copy has to say what it is connected to, in seconds.
+_ANSWERS = 2.0
 
 #: Remappings that would lead a copy to the live master, or to its log.
 _NOT_COPIED = ('__master:=', '__ip:=', '__hostname:=', '__log:=')
@@ -75,6 +80,13 @@ def hide_devices() -> None:
 def _mount(source: str, target: str, kind: str, flags: int) -> None:
     if _LIBC.mount(source.encode(), target.encode(), kind.encode() or None, ctypes.c_ulong(flags), None):
         raise OSError(ctypes.get_errno(), 'cannot mount ' + target)
+
+
+class _Transport(xmlrpc.client.Transport):
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = _ANSWERS
+        return connection
 
 
 class Laboratory:
@@ -145,12 +157,21 @@ class Laboratory:
                 for topics, others in ((self._inputs, self._outputs), (self._outputs, self._inputs))
                 for topic, one in topics.items()
                 if one.get_num_connections() < 1 + (topic in others)
-            ]
+            ] or sorted(self._outputs.keys() - self._sent_here())
             if not missing:
                 return
             self._rest(0.01)
             if time.monotonic() > deadline:
                 raise Failed(self._with_last_lines(f'does not connect to {", ".join(missing)} within {timeout:g} s'))
+
+    def _sent_here(self) -> Set[str]:
+        """The topics that the copy sends to this process. A connection counts here before a rospy node sends on it."""
+        try:
+            api: Any = xmlrpc.client.ServerProxy(self.master.lookupNode(self._process.node), _Transport())
+            _, _, connections = api.getBusInfo(_NAME)
+        except (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error):
+            return set()
+        return {topic for _, name, direction, _, topic, *_ in connections if (name, direction) == (_NAME, 'o')}
 
     def _rest(self, seconds: float) -> None:
         """Wait, and notice if the copy or the asking process ends."""
