@@ -324,7 +324,9 @@ def test_equal_rows_keep_their_ids_if_it_is_known_which_they_are(seed, tmp_path)
     assert not stage.errors
 
 
-@pytest.mark.parametrize('which', [[0], [0, 0, 1, 2, 3], [0, 1, 2, 3, 9], [0, 1, 2, 3, -1], [0, 1, 2, 'x', 3], None])
+@pytest.mark.parametrize(
+    'which', [[0], [0, 0, 1, 2, 3], [0, 1, 2, 3, 9], [0, 1, 2, 3, -1], [0, 1, 2, 'x', 3], [[], 1], None]
+)
 def test_what_is_said_of_numbers_and_cannot_be_is_not_believed(which, tmp_path):
     path = tmp_path / 'tour.script'
     path.write_text('a = 1\nb = 2\nc = 3\nd = 4\n')

@@ -199,8 +199,8 @@ class LiveScript:
         """{index of a number in a text that somebody has saved: the one of the text in force that it is}."""
         numbers = self._state.numbers
         kept = {new: old for new, old in enumerate(which) if old is not None}
-        is_known = len(which) == len(source.numbers) and len(set(kept.values())) == len(kept)
-        if is_known and all(type(old) is int and 0 <= old < len(numbers) for old in kept.values()):
+        can_be = all(type(old) is int and 0 <= old < len(numbers) for old in kept.values())
+        if can_be and len(which) == len(source.numbers) and len(set(kept.values())) == len(kept):
             return {new: numbers[old] for new, old in kept.items()}
         known = files.followed(self._state.source, source, exactly=True).literals
         return {new: numbers[old] for old, new in known.items() if old < len(numbers)}
