@@ -32,7 +32,7 @@ LEARNED = Learned(
 )
 INPUTS = tuple(Number('/joint_states', (('a', 'b'), 3), f'position[{index}]') for index in range(3))
 OUTPUTS = tuple(Number('/tf', ('base', 'tip'), f'transforms[0].transform.rotation.{axis}') for axis in 'zw')
-ANSWER = Answer(INPUTS, OUTPUTS, (0.3, 0.0, NAN), 0.004, 0.02, LEARNED, True)
+ANSWER = Answer(INPUTS, OUTPUTS, (0.3, 0.0, NAN), 0.004, 0.02, LEARNED, True, ('/robot', '/missing', '/ns/node/gain'))
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def live(**changes):
 
 
 def version(tree=TREE, **changes):
-    return models.version_of(live(**changes), tree)
+    return models.version_of(live(**changes), tree, ANSWER.asked)
 
 
 @pytest.fixture
@@ -69,10 +69,11 @@ def test_what_is_written_is_read(file):
         '/ns/node/limits/high': 'Infinity',
         '/ns/node/names': '["a", true]',
     }
+    assert read.version.asked == {'/robot': '"a"', '/missing': ''}
     assert read.version.arguments == ('in:=/x',)
     (executable,) = read.version.program
     assert (executable.size, len(executable.digest)) == (os.path.getsize('/proc/self/exe'), 64)
-    assert read.why_stale(version()) == ''
+    assert read.why_stale(version(), TREE) == ''
 
 
 def test_there_is_one_file_for_a_node_and_program(file, tmp_path, program):
@@ -213,11 +214,15 @@ def test_what_is_no_file_or_too_large_is_refused(file):
 
 def test_other_parameters_make_it_stale(file):
     kept = read_kept(file)
-    other = {**TREE, 'robot': 'b', 'ns': {'node': {**TREE['ns']['node'], 'gain': 5.0, 'new': 1}, 'other': {'gain': 2}}}
-    assert kept.why_stale(version(other)) == (
+    other = {**TREE, 'ns': {'node': {**TREE['ns']['node'], 'gain': 5.0, 'new': 1}, 'other': {'gain': 2}}}
+    assert kept.why_stale(version(other), other) == (
         'it has another value of the parameter /ns/node/gain; it has another value of the parameter /ns/node/new'
     )
-    assert 'parameter /ns/node/limits/low' in kept.why_stale(version({}))
+    asked = {**TREE, 'robot': 'b', 'missing': 0}
+    assert kept.why_stale(version(asked), asked) == (
+        'it has another value of the parameter /missing; it has another value of the parameter /robot'
+    )
+    assert 'parameter /ns/node/limits/low' in kept.why_stale(version({}), {})
 
 
 def test_another_program_makes_it_stale(tmp_path):
@@ -227,32 +232,34 @@ def test_another_program_makes_it_stale(tmp_path):
         first = version(pid=process.pid, executable=str(waiting))
         process.kill()
     kept = Kept(first, 0.0, ())
-    assert kept.why_stale(first) == ''
+    assert kept.why_stale(first, TREE) == ''
     with open(waiting, 'ab') as built_anew:
         built_anew.write(b'more')
     with subprocess.Popen([waiting, '600']) as process:
-        assert kept.why_stale(version(pid=process.pid, executable=str(waiting))) == f"'{waiting}' has changed since"
+        assert (
+            kept.why_stale(version(pid=process.pid, executable=str(waiting)), TREE) == f"'{waiting}' has changed since"
+        )
         process.kill()
-    assert kept.why_stale(version()) == f"it runs '{live().executable}' in place of '{waiting}'"
+    assert kept.why_stale(version(), TREE) == f"it runs '{live().executable}' in place of '{waiting}'"
 
 
 def test_another_script_makes_it_stale(program):
     arguments = sys.executable, str(program), '--fast'
     kept = Kept(version(arguments=arguments), 0.0, ())
-    assert kept.why_stale(version(arguments=arguments)) == ''
-    assert kept.why_stale(version(arguments=arguments[:2])) == 'it was started with other arguments'
+    assert kept.why_stale(version(arguments=arguments), TREE) == ''
+    assert kept.why_stale(version(arguments=arguments[:2]), TREE) == 'it was started with other arguments'
     program.write_text('runs\n', encoding='utf-8')
-    assert kept.why_stale(version(arguments=arguments)) == f"'{live().executable}', '{program}' has changed since"
+    assert kept.why_stale(version(arguments=arguments), TREE) == f"'{program}' has changed since"
 
 
 def test_other_messages_make_it_stale(file):
     kept = read_kept(file)
-    assert kept.why_stale(version(published={'/tf': 'geometry_msgs/Transform'})) == (
+    assert kept.why_stale(version(published={'/tf': 'geometry_msgs/Transform'}), TREE) == (
         'it has another type of messages on /tf'
     )
     changed(file, 'version', 'types', '/tf', to='tf2_msgs/TFMessage 0123')  # as before its .msg file was changed
-    assert read_kept(file).why_stale(version()) == 'it has another type of messages on /tf'
-    assert kept.why_stale(version(subscribed={})) == 'it has another type of messages on /joint_states'
+    assert read_kept(file).why_stale(version(), TREE) == 'it has another type of messages on /tf'
+    assert kept.why_stale(version(subscribed={}), TREE) == 'it has another type of messages on /joint_states'
 
 
 def test_a_node_that_has_ended_has_no_version():

@@ -255,6 +255,9 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
         '/robot_state_publisher', STATE_PUBLISHER, '__name:=robot_state_publisher'
     ):
         found = rosslt('learn', '/robot_state_publisher')
+        explained = lines('explain', '/tf/transforms[0]/transform/rotation')
+        rospy.set_param('/robot_description', ARM.replace('0 0 1', '1 0 0'))  # which it has asked for
+        stale = failure('explain', '/tf/transforms[0]/transform/rotation/z')
     rows = {tuple(line.split('\t')[:2]): line.split('\t') for line in found.stdout.splitlines()}
     expected = {
         # in the order of their names
@@ -268,6 +271,10 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     assert rows.keys() == expected.keys(), found.stderr
     for names, slope in expected.items():
         assert float(rows[names][3]) == pytest.approx(slope, rel=1e-3)
+    assert {(row[0], row[2], row[3]) for row in explained} == {
+        ('transforms[0].transform.rotation.' + axis, 'learned', '/joint_states/position[1]') for axis in 'yw'
+    }
+    assert 'stale: it has another value of the parameter /robot_description; ' in stale
 
 
 def test_simulated_time_is_refused():

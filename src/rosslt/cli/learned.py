@@ -90,7 +90,8 @@ def keep(process: 'LiveProcess', tree: Mapping[str, Any], answers: Sequence['Ans
     """
     from rosslt import models
 
-    return models.keep(folder(), models.Kept(models.version_of(process, tree), time.time(), tuple(answers)))
+    asked = sorted({name for answer in answers for name in answer.asked})
+    return models.keep(folder(), models.Kept(models.version_of(process, tree, asked), time.time(), tuple(answers)))
 
 
 def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[Known]':
@@ -108,9 +109,9 @@ def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[
         return None
     from rosslt import models  # NumPy and SciPy, which nodes of which nothing was learned do without
 
-    now, problem = None, ''
+    now, problem, tree = None, '', master.getParam('/')
     try:
-        now = models.version_of(models.live_process(master, received.publisher), master.getParam('/'))
+        now = models.version_of(models.live_process(master, received.publisher), tree)
     except models.NotCopied as error:
         problem = f'it cannot be compared with the node that runs: {error}'
     try:
@@ -120,7 +121,7 @@ def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[
     if kept is None:
         return None
     age = max(0.0, time.time() - kept.when)
-    stale = kept.why_stale(now) if now else problem
+    stale = kept.why_stale(now, tree) if now else problem
     if stale:
         return Known(age, (), f'stale: {stale}; `rosslt learn {received.publisher}` learns it anew')
     found = []

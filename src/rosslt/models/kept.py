@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from typing import Any, Iterator, Mapping, NamedTuple, Tuple
+from typing import Any, Dict, Iterable, Iterator, Mapping, NamedTuple, Tuple
 
 import roslib.message
 
@@ -36,6 +36,7 @@ class Version(NamedTuple):
         program: its executable, and each file among its arguments, as the script of an interpreter is.
         arguments: those without private parameters, and without what only ROS reads.
         parameters: {full name: value as JSON} of its private parameters.
+        asked: the same of others that it asks for, '' of one that is not set.
         types: {topic: type and MD5 sum} of what it hears and sends.
     """
 
@@ -43,6 +44,7 @@ class Version(NamedTuple):
     program: Tuple[File, ...]
     arguments: Tuple[str, ...]
     parameters: Mapping[str, str]
+    asked: Mapping[str, str]
     types: Mapping[str, str]
 
 
@@ -59,20 +61,31 @@ class Kept(NamedTuple):
     when: float
     answers: Tuple[Answer, ...]
 
-    def why_stale(self, now: Version) -> str:
-        """Say why it need not be true of a node; '' if nothing speaks against it."""
+    def why_stale(self, now: Version, tree: Mapping[str, Any]) -> str:
+        """Say why it need not be true of a node.
+
+        Args:
+            now: the node that runs.
+            tree: all parameters, as the master's `getParam('/')` gives them.
+
+        Returns:
+            a part of a sentence; '' if nothing speaks against it.
+        """
         old, found = self.version, []
         if [file.digest for file in now.program] != [file.digest for file in old.program]:
-            paths = [[repr(file.path) for file in version.program] for version in (old, now)]
-            found.append(
-                f'{", ".join(paths[0])} has changed since'
-                if paths[0] == paths[1]
-                else f'it runs {" ".join(paths[1])} in place of {" ".join(paths[0])}'
+            paths = [' '.join(repr(file.path) for file in version.program) for version in (old, now)]
+            changed = [repr(new.path) for new, one in zip(now.program, old.program) if new.digest != one.digest]
+            is_same = paths[0] == paths[1]
+            found += (
+                [f'{path} has changed since' for path in changed]
+                if is_same
+                else [f'it runs {paths[1]} in place of {paths[0]}']
             )
         elif now.arguments != old.arguments:
             found.append('it was started with other arguments')
         for what, before, after in (
             ('another value of the parameter', old.parameters, now.parameters),
+            ('another value of the parameter', old.asked, _values_of(old.asked, tree)),
             ('another type of messages on', old.types, now.types),
         ):
             names = sorted(name for name in {*before, *after} if before.get(name) != after.get(name))
@@ -80,12 +93,13 @@ class Kept(NamedTuple):
         return '; '.join(found)
 
 
-def version_of(process: LiveProcess, tree: Mapping[str, Any]) -> Version:
+def version_of(process: LiveProcess, tree: Mapping[str, Any], asked: Iterable[str] = ()) -> Version:
     """Look at the node that runs now.
 
     Args:
         process: the node's.
         tree: all parameters, as the master's `getParam('/')` gives them.
+        asked: the full names of the parameters that its twin has asked for; private ones are looked at in any case.
 
     Raises:
         NotCopied: it has ended, or does not let its program be read.
@@ -104,6 +118,7 @@ def version_of(process: LiveProcess, tree: Mapping[str, Any]) -> Version:
         tuple(program),
         tuple(one for one in process.arguments[1:] if not (one.startswith('_') and ':=' in one)),
         dict(_private(process.node, tree)),
+        _values_of((name for name in asked if not f'{name}/'.startswith(f'{process.node}/')), tree),
         {name: f'{type_} {_md5sum(type_)}'.rstrip() for name, type_ in topics.items()},
     )
 
@@ -118,16 +133,31 @@ def _file(path: str, content: str) -> File:
 
 
 def _private(node: str, tree: Any) -> Iterator[Tuple[str, str]]:
-    part = tree
-    for name in node.strip('/').split('/'):
-        part = part.get(name) if isinstance(part, dict) else None
-    left = [(node, part)] if isinstance(part, dict) else []
+    private = _part(tree, node)
+    left = [(node, private)] if isinstance(private, dict) else []
     while left:
         path, part = left.pop()
         if isinstance(part, dict):
             left += [(f'{path}/{name}', one) for name, one in part.items()]
         else:
-            yield path, json.dumps(part, sort_keys=True, default=str)
+            yield path, _as_text(part)
+
+
+def _values_of(names: Iterable[str], tree: Any) -> Dict[str, str]:
+    return {name: _as_text(_part(tree, name)) for name in names}
+
+
+def _part(tree: Any, name: str) -> Any:
+    """A parameter, or the dict of those below a name; None if there is none."""
+    part = tree
+    for step in filter(None, name.split('/')):
+        part = part.get(step) if isinstance(part, dict) else None
+    return part
+
+
+def _as_text(value: Any) -> str:
+    """A parameter as JSON; '' if it is not set."""
+    return '' if value is None else json.dumps(value, sort_keys=True, default=str)
 
 
 def _md5sum(type_: str) -> str:

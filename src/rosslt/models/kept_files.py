@@ -326,6 +326,7 @@ _ANSWER = _record(
     settled=_positive,
     learned=_LEARNED,
     is_isolated=_truth,
+    asked=_many(_text),
 )
 _VERSION = _record(
     Version,
@@ -333,6 +334,7 @@ _VERSION = _record(
     program=_many(_record(File, path=_text, size=_count, mtime=_whole, digest=_digest)),
     arguments=_many(_text),
     parameters=_named(_text),
+    asked=_named(_text),
     types=_named(_text),
 )
 _KEPT = _record(Kept, version=_VERSION, when=_positive, answers=_many(_fitting(_ANSWER)))

@@ -60,6 +60,7 @@ class Answer(NamedTuple):
         settled: the same to the message from which on it stays.
         learned: which output depends on which input.
         is_isolated: whether the twin had a network of its own.
+        asked: the full names of the parameters that the twin has asked for.
     """
 
     inputs: Sequence[Number]
@@ -69,6 +70,7 @@ class Answer(NamedTuple):
     settled: float
     learned: Learned
     is_isolated: bool
+    asked: Sequence[str]
 
 
 def learn_node(
@@ -123,14 +125,14 @@ def learn_node(
         found = []
         if begin:
             learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION)
-            found.append(Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated))
+            found.append(hand.answer(hand.numbers, at.tolist(), late, learned))
         if own:
             numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
             whole = np.array([type(value) is int for _, value in own])
             sizes = np.where(whole, np.maximum(1.0, np.round(_sizes(present))), _sizes(present))
             ask = hand.asker_of_parameters(numbers, whole, at)
             learned = learn(ask, present, sizes, whole=whole, most=most, resolution=RESOLUTION)
-            found.append(Answer(numbers, hand.outputs, present.tolist(), late, hand.seconds, learned, twin.is_isolated))
+            found.append(hand.answer(numbers, present.tolist(), late, learned))
         return found
 
 
@@ -257,6 +259,11 @@ class _Hand:
     def ask(self, rows: Array) -> Array:
         """The outputs (k, m) at inputs (k, n); NaN if an output has not come."""
         return np.array([self._answer(wanted) for wanted in rows]).reshape(len(rows), len(self.outputs))
+
+    def answer(self, inputs: Sequence[Number], at: Sequence[float], late: float, learned: Learned) -> Answer:
+        """What was learned, with all that is known of the twin."""
+        twin = self._twin
+        return Answer(inputs, self.outputs, at, late, self.seconds, learned, twin.is_isolated, twin.asked_parameters())
 
     def _answer(self, wanted: Array) -> Array:
         """The outputs at some inputs. On a busy machine, a message may be late, and be the answer to other inputs. Its
