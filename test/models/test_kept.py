@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -267,3 +268,16 @@ def test_a_node_that_has_ended_has_no_version():
         pass
     with pytest.raises(models.NotCopied, match='the program of /ns/node cannot be read'):
         version(pid=process.pid)
+
+
+def test_where_nothing_was_learned_nothing_is_loaded_for_it(tmp_path):
+    code = """
+        import sys
+        from rosslt.cli import learned
+        from rosslt.cli.verbs import explain
+        assert learned.known_of(None, None, '') is None
+        assert learned.of_silent('/out') == ''
+        assert 'rosslt.models' not in sys.modules
+        """
+    command = [sys.executable, '-c', textwrap.dedent(code)]
+    subprocess.run(command, check=True, env=dict(os.environ, ROS_HOME=str(tmp_path)))

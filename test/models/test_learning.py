@@ -169,7 +169,7 @@ def test_explain_has_what_was_learned_until_it_is_stale(program, master, tmp_pat
             assert {row[0] for row in rest} == {'/in/data'}
             assert {'0.5', '0.2'} <= {row[4] for row in rest if row[3].startswith('/talker/')}
             printed = on_terminal('explain', '/out/data')
-            assert ' s ago: moves with /in/data, 4 +- ' in printed
+            assert ' ago: moves with /in/data, 4 +- ' in printed
             assert '\n/in data = ' in printed
 
             rospy.set_param('/opaque/gain', 5.0)
