@@ -309,12 +309,13 @@ def test_a_live_script_runs_again_with_its_new_waypoint(script):
     def name_at(line):
         return next(row[0] for row in in_list() if any(f'tour.script:{line}:' in cell for cell in row))
 
-    before = script.read_text()
-    done = rosslt('row', 'duplicate', name_at(2))
+    before, first, last = script.read_text(), name_at(2), name_at(4)
+    done = rosslt('row', 'duplicate', first)
     assert (done.returncode, done.stderr) == (0, 'rosslt row: /tour runs the script again\n')
     twice = '# tour\n' + 'goto(2.0, 1.0, 1.5)  # in\n' * 2 + '\ngoto(-1, 2, 0.5)'
     assert script.read_text() == twice
     wait_until(lambda: len(in_list()) == 9, 'it runs with the waypoint')
+    assert (name_at(2), name_at(5)) == (first, last)
     assert rosslt('row', 'up', name_at(5)).returncode == 0
     assert script.read_text() == '# tour\ngoto(2.0, 1.0, 1.5)  # in\ngoto(-1, 2, 0.5)\n\ngoto(2.0, 1.0, 1.5)  # in'
     for text, count in ((twice, 9), (before, 6)):
@@ -322,6 +323,7 @@ def test_a_live_script_runs_again_with_its_new_waypoint(script):
         assert (done.returncode, done.stderr) == (0, 'rosslt undo: /tour runs the script again\n')
         assert script.read_text() == text
         wait_until(lambda count=count: len(in_list()) == count, 'it runs as before')
+    assert (name_at(2), name_at(4)) == (first, last)
 
 
 def test_a_parameter_and_what_a_function_reads_are_refused(nodes):

@@ -21,7 +21,7 @@ from rosslt.files import (
     taking_back,
 )
 from rosslt.files.rows import OPERATIONS, index_after, index_before, operate
-from support.row_texts import RowText, in_yaml
+from support.row_texts import RowText, done, in_yaml
 
 
 def in_python(text, marked, operation, encoding='utf-8'):
@@ -29,9 +29,9 @@ def in_python(text, marked, operation, encoding='utf-8'):
     place = text.index(marked)
     before = re.split(r'\r\n|\r|\n', text[:place])
     content = text.encode(encoding)
-    edits = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation)
-    assert all(content[edit.start : edit.end] == edit.old for edit in edits)
-    return replaced(content, edits).decode(encoding)
+    made = python_row_edits('a.py', content, len(before), len(before[-1]) + 1, operation)
+    assert all(content[edit.start : edit.end] == edit.old for edit in made.edits)
+    return done(content, made).decode(encoding)
 
 
 LIST = """\
@@ -295,7 +295,7 @@ def with_rows(text, marked, *added, behind=()):
         before = re.split(r'\r\n|\r|\n', text[:place])
         places.append((len(before), len(before[-1]) + 1))
     content = text.encode()
-    return replaced(content, python_row_additions('a.py', content, places, added, behind)).decode()
+    return done(content, python_row_additions('a.py', content, places, added, behind)).decode()
 
 
 @pytest.mark.parametrize('newline', ['\n', '\r\n'])
@@ -438,7 +438,7 @@ def test_a_known_row_is_the_one_that_is_deleted(seed):
     assert any(rows) == (len(layout.read(layout.text)[0]) > 1)
     for literal, row in zip(source.numbers, rows):
         if row:
-            edits = python_row_edits('a.py', source.content, literal.line, literal.column, 'delete')
-            left = Counter(one.value for one in SourceText('a.py', replaced(source.content, edits)).numbers)
+            made = python_row_edits('a.py', source.content, literal.line, literal.column, 'delete')
+            left = Counter(one.value for one in SourceText('a.py', done(source.content, made)).numbers)
             gone = Counter(one.value for one, of in zip(source.numbers, rows) if of == row)
             assert left + gone == Counter(one.value for one in source.numbers)

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import shutil
+import signal
 import subprocess
 import sys
 import textwrap
@@ -12,6 +13,7 @@ import pytest
 import rosgraph
 import rospkg
 import rospy
+from std_srvs.srv import Empty
 
 from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
 from support.processes import forget_plain_node, wait_until
@@ -38,6 +40,18 @@ while not rospy.is_shutdown():
     for publisher in publishers:
         publisher.publish(0.5 + 0.2 * math.sin(0.1 * step))
     rate.sleep()
+"""
+#: Records a node that the system holds until a subscriber waits for it; prints how much it has heard and sent.
+RECORDER = """
+import os, signal, sys, threading, time
+import rosgraph, rospy
+from rosslt import models
+process = models.live_process(rosgraph.Master('/test'), '/opaque')
+rospy.init_node('recorder')
+os.kill(process.pid, signal.SIGSTOP)
+threading.Timer(1.0, os.kill, (process.pid, signal.SIGCONT)).start()
+recording = models.record(process, 0.5)
+print(len(recording.inputs), len(recording.outputs), recording.seconds)
 """
 JOINTS = f"""
 import rospy
@@ -108,6 +122,46 @@ def test_the_slope_of_a_gain_is_that_of_its_parameters(program, talker):
     assert float(row[3]) == pytest.approx(4.0, rel=1e-9)
     assert 'on the same messages, it sends the same' in found.stderr
     assert rosslt('list', '/opaque').returncode == 1  # the live one has become nothing else
+
+
+def test_a_recording_begins_when_all_are_connected(program, talker):
+    with running('/opaque', program, '_kind:=gain'):
+        found = subprocess.run([sys.executable, '-c', RECORDER], stdout=subprocess.PIPE, text=True, check=True)
+    heard, sent, seconds = found.stdout.split()
+    assert int(heard) > 0
+    assert int(sent) > 0
+    assert seconds == '0.5'
+
+
+def test_a_node_that_ends_while_it_is_listened_to_is_said(program, talker):
+    ending = RECORDER.replace('SIGCONT', 'SIGKILL').replace('os.kill(process.pid, signal.SIGSTOP)', '')
+    with running('/opaque', program, '_kind:=gain'):
+        found = subprocess.run(
+            [sys.executable, '-c', ending.replace('0.5', '2.0')], stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert '/opaque has ended while it was listened to' in found.stderr
+
+
+@pytest.mark.slow
+def test_what_a_node_sends_to_itself_is_no_input(master, tmp_path):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('both')
+    state, out = (rospy.Publisher(name, Float64, queue_size=5) for name in ('state', 'out'))
+    rospy.Subscriber('in', Float64, lambda message: state.publish(2 * message.data))
+    rospy.Subscriber('state', Float64, lambda message: out.publish(message.data + 1))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER), running(
+        '/both', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/both')
+    rows = [line.split('\t') for line in found.stdout.splitlines()]
+    assert [row[:3] for row in rows] == [
+        ['/out/data', '/in/data', 'smooth'],
+        ['/state/data', '/in/data', 'smooth'],
+    ], found.stderr
 
 
 @pytest.mark.slow
@@ -277,10 +331,102 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     assert 'stale: it has another value of the parameter /robot_description; ' in stale
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_ends_it_and_leaves_nothing(program, talker, number, tmp_path, monkeypatch):
+    with running('/opaque', program, '_kind:=gain'):
+        monkeypatch.setenv('TMPDIR', str(tmp_path))
+        with subprocess.Popen(['rosslt', 'learn', '/opaque'], stderr=subprocess.PIPE, text=True) as learning:
+            assert learning.stderr.readline().startswith('rosslt learn: the twin runs')
+            learning.send_signal(number)
+            said = learning.stderr.read()
+        assert learning.returncode == (-signal.SIGKILL if number == signal.SIGKILL else 1)
+        assert said == ('' if number == signal.SIGKILL else 'rosslt learn: interrupted\n')
+        wait_until(lambda: not list(tmp_path.glob('rosslt_twin_*')), 'the directory of the twin goes')
+        assert '/rosslt' not in str(rosgraph.Master('/test').getSystemState())
+
+
 def test_simulated_time_is_refused():
     process = LiveProcess('/opaque', 1, '', (), {}, '/', {'/in': 'std_msgs/Float64'}, {'/out': 'std_msgs/Float64'})
     with pytest.raises(NotLearned, match=r'time is simulated \(/use_sim_time\)'):
         learn_node(process, {'use_sim_time': True}, Recording([], [], {}, 2.0))
+
+
+@pytest.mark.slow
+def test_a_slow_timer_is_waited_for(master):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('slow')
+    out, heard = rospy.Publisher('out', Float64, queue_size=5), []
+    rospy.Subscriber('in', Float64, heard.append)
+    rospy.Timer(rospy.Duration(0.5), lambda _: heard and out.publish(3 * heard[-1].data))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER.replace('0.2 *', '0.0 *')), running(
+        '/slow', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/slow', '--seconds=4')
+    assert [line.split('\t')[:3] for line in found.stdout.splitlines()] == [['/out/data', '/in/data', 'smooth']], found
+
+
+@pytest.mark.slow
+def test_a_state_that_shows_in_an_order_is_seen(master):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    from std_srvs.srv import Empty
+    rospy.init_node('mode')
+    out, sign = rospy.Publisher('out', Float64, queue_size=5), [1]
+    rospy.Service('turn', Empty, lambda _: sign.append(-1) or [])
+    rospy.Subscriber('in', Float64, lambda message: out.publish(message.data * sign[-1]))
+    rospy.spin()
+    """
+    talker = TALKER.replace('0.5 + 0.2 * math.sin(0.1 * step)', 'step // 80 % 3 - 1')
+    with running('/talker', sys.executable, '-c', talker), running(
+        '/mode', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        rospy.ServiceProxy('/turn', Empty)()
+        found = rosslt('learn', '/mode', '--seconds=5')
+    assert (found.returncode, found.stdout) == (1, '')
+    assert 'the twin of /mode does not do what it does: /out/data differs by' in found.stderr
+
+
+@pytest.mark.slow
+def test_the_places_of_frames_are_changed_and_not_their_turns(master):
+    broadcaster = """
+    import rospy
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+    rospy.init_node('talker')
+    publisher, rate = rospy.Publisher('/tf', TFMessage, queue_size=1), rospy.Rate(50)
+    while not rospy.is_shutdown():
+        frame = TransformStamped(child_frame_id='tip')
+        frame.header.frame_id, frame.header.stamp = 'base', rospy.Time.now()
+        frame.transform.translation.x, frame.transform.rotation.z, frame.transform.rotation.w = 0.4, 0.6, 0.8
+        publisher.publish(TFMessage([frame]))
+        rate.sleep()
+    """
+    listener = """
+    import rospy, tf2_ros
+    from std_msgs.msg import Float64
+    rospy.init_node('reader')
+    buffer, out = tf2_ros.Buffer(), rospy.Publisher('out', Float64, queue_size=5)
+    listening = tf2_ros.TransformListener(buffer)
+    def tell(_):
+        if buffer.can_transform('base', 'tip', rospy.Time()):
+            out.publish(2 * buffer.lookup_transform('base', 'tip', rospy.Time()).transform.translation.x)
+    rospy.Timer(rospy.Duration(0.02), tell)
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', textwrap.dedent(broadcaster)), running(
+        '/reader', sys.executable, '-c', textwrap.dedent(listener)
+    ):
+        found = rosslt('learn', '/reader')
+    (row,) = (line.split('\t') for line in found.stdout.splitlines())
+    assert row[:3] == ['/out/data', '/tf/transforms[0]/transform/translation/x', 'smooth'], found.stderr
+    assert float(row[3]) == pytest.approx(2, rel=1e-6)
+    assert 'rotations of frames are not changed' in found.stderr
 
 
 def test_what_cannot_be_copied_is_said(master):

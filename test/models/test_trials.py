@@ -263,6 +263,34 @@ def test_what_was_not_tried_is_told():
     assert {found.input for found in learned.dependencies} | set(learned.untried) == set(range(100))
 
 
+@pytest.mark.parametrize('kind', ['hysteresis', 'set and reset', 'toggle'])
+def test_a_memory_of_inputs_makes_no_dependency(kind):
+    for seed in range(60):
+        random = np.random.RandomState(seed)
+        slopes = np.where(np.arange(20) < 3, random.uniform(1, 2, 20), 0)
+        on, off = random.uniform(0.05, 0.95, 2)
+        memory = {'state': 0.0, 'was_high': False}
+
+        def function(row, slopes=slopes, on=on, off=off, memory=memory):
+            is_high = row[5] > on
+            if kind == 'toggle':
+                memory['state'] = abs(memory['state'] - (is_high and not memory['was_high']))
+            elif is_high:
+                memory['state'] = 1.0
+            if (kind == 'hysteresis' and row[5] < -off) or (kind == 'set and reset' and row[6] > off):
+                memory['state'] = 0.0
+            memory['was_high'] = is_high
+            return [row @ slopes + memory['state'], row @ slopes]
+
+        ask = Counted(lambda rows, function=function: [function(row) for row in rows])
+        learned = learn(ask, np.zeros(20), np.ones(20), seed=seed, confirms=True)
+        truth = {(output, index) for output in (0, 1) for index in range(3)} | {(0, 5)}
+        truth |= {(0, 6)} if kind == 'set and reset' else set()
+        assert pairs(learned) <= truth
+        assert {(1, 0), (1, 1), (1, 2)} <= pairs(learned)
+        assert learned.trials == ask.count <= 200
+
+
 def test_the_result_becomes_json():
     learned = learn(Counted(lambda rows: np.abs(rows)), [0.0], [1])
     document = json.loads(json.dumps(learned.as_json(), allow_nan=False))

@@ -2,6 +2,8 @@
 
 import contextlib
 import io
+import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -174,12 +176,15 @@ def test_nothing_reaches_the_live_master(master, isolate, monkeypatch):
         ("held = open('/dev/fuse' if os.path.exists('/dev/fuse') else '/dev/kmsg')", 'the device /dev/'),
         ('held = open(__file__); fcntl.flock(held, fcntl.LOCK_EX)', 'a lock on .*node.py'),
         ("held = open(__file__ + '.lock', 'w')", 'the lock file .*node.py.lock'),
+        ("held = open(__file__, 'r+'); fcntl.fcntl(held, 37, struct.pack('hhqqi4x', 1, 0, 0, 0, 0))", 'a lock on .*'),
         ("held = socket.create_server(('localhost', 0))", r'the port \d+'),
+        ("held = socket.socket(type=socket.SOCK_DGRAM); held.bind(('', 12368))", 'the port 12368'),
+        ("held = socket.socket(socket.AF_UNIX); held.bind(__file__ + '_socket')", 'the socket .*node.py_socket'),
     ],
-    ids=['device', 'lock', 'lock_file', 'port'],
+    ids=['device', 'lock', 'lock_file', 'lock_of_file_description', 'port', 'udp_port', 'unix_socket'],
 )
 def test_a_node_that_holds_something_is_refused(master, tmp_path, line, held):
-    code = f"import fcntl, os, socket\n{line}\nrospy.init_node('holder')\nrospy.spin()\n"
+    code = f"import fcntl, os, socket, struct\n{line}\nrospy.init_node('holder')\nrospy.spin()\n"
     with running('/holder', *script(tmp_path, code)), pytest.raises(NotCopied, match='/holder holds .*' + held):
         live_process(rosgraph.Master('/test'), '/holder')
 
@@ -188,10 +193,10 @@ def test_unknown_nodes_and_ended_ones_are_named(master):
     api = rosgraph.Master('/test')
     with pytest.raises(NotCopied, match='the master knows no node /nobody'):
         live_process(api, '/nobody')
-    with running('/relay', RELAY, '/x', '/y', '__name:=relay'):
-        assert live_process(api, '/relay').executable == RELAY
-    with pytest.raises(NotCopied, match='/relay does not answer'):
-        live_process(api, '/relay')
+    with arm():
+        assert live_process(api, '/arm').executable == STATE_PUBLISHER
+    with pytest.raises(NotCopied, match='/arm does not answer'):
+        live_process(api, '/arm')
 
 
 def test_a_copy_that_crashes_gives_its_last_lines(master, isolate, tmp_path):
@@ -202,6 +207,60 @@ def test_a_copy_that_crashes_gives_its_last_lines(master, isolate, tmp_path):
         twin = Twin(process, {}, {'/x': 'std_msgs/Float64'}, {}, isolate=isolate)
         with pytest.raises(TwinFailed, match=r'(?s)/once has ended with status 1.*FileExistsError'), twin:
             pass
+
+
+def test_a_node_whose_program_is_gone_is_refused(master, tmp_path):
+    program = shutil.copy(STATE_PUBLISHER, str(tmp_path / 'program'))
+    rosgraph.Master('/test').setParam('/robot_description', URDF)
+    with running('/gone', program, '__name:=gone'):
+        os.remove(program)
+        with pytest.raises(NotCopied, match=r'/gone was started from what is no longer there: .*program'):
+            live_process(rosgraph.Master('/test'), '/gone')
+
+
+def test_a_node_of_any_type_is_refused(master):
+    with running('/relay', RELAY, '/x', '/y', '__name:=relay'), pytest.raises(NotCopied, match='of any type on /x'):
+        live_process(rosgraph.Master('/test'), '/relay')
+
+
+def test_a_copy_of_an_anonymous_node_has_its_name(master, isolate, tmp_path):
+    code = """
+    from std_msgs.msg import Float64
+    rospy.init_node('someone', anonymous=True)
+    out = rospy.Publisher('out', Float64, queue_size=9)
+    rospy.Subscriber('in', Float64, out.publish)
+    rospy.spin()
+    """
+    with subprocess.Popen(script(tmp_path, code)) as started:
+        try:
+            api = rosgraph.Master('/test')
+
+            def names():
+                return [names[0] for name, names in api.getSystemState()[2] if name.startswith('/someone')]
+
+            wait_until(names, 'the node runs')
+            process = live_process(api, names()[0])
+            types = {'/in': 'std_msgs/Float64'}, {'/out': 'std_msgs/Float64'}
+            with Twin(process, {}, *types, isolate=isolate) as twin:
+                assert twin.play([(0.0, '/in', serialized(Float64(3.0)))], until=1.0)
+        finally:
+            started.kill()
+
+
+def test_what_a_copy_has_started_ends_with_it(master, isolate, tmp_path):
+    mark = 'STARTED_BY=' + str(tmp_path)
+    code = """
+    import os, subprocess
+    subprocess.Popen(['sleep', '1000'], start_new_session=True, env={'STARTED_BY': os.environ.get('TWIN', '')})
+    rospy.init_node('starter')
+    rospy.spin()
+    """
+    with running('/starter', *script(tmp_path, code)):
+        process = live_process(rosgraph.Master('/test'), '/starter')
+        process = process._replace(environment={**process.environment, 'TWIN': str(tmp_path)})
+        with Twin(process, {}, {}, {}, isolate=isolate):
+            wait_until(lambda: processes_with(mark), 'the copy has started a process')
+        assert not processes_with(mark)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

@@ -9,6 +9,7 @@ import pytest
 
 import rosslt
 from rosslt import files
+from rosslt.files.rows import operate
 from rosslt.script import LiveScript, ScriptError, Settings
 from support.header_fuzz import mutated
 from support.processes import wait_until
@@ -273,7 +274,8 @@ def test_rows_that_have_no_equal_keep_their_ids_as_rows_change(seed, tmp_path):
         moves = [files.UP] * (row > 1) + [files.DOWN] * (row < count)
         operation = dice.choice([*moves, *[files.DUPLICATE] * (count < 6), *[files.DELETE] * (count > 2)])
         content = path.read_bytes()
-        stage.save(files.replaced(content, files.python_row_edits(str(path), content, row + 1, 6, operation)).decode())
+        edits, _ = files.python_row_edits(str(path), content, row + 1, 6, operation)
+        stage.save(files.replaced(content, edits).decode())
         after = ids()
         print(operation, row, stage.text)  # shown where the test fails
         for text in before.keys() & after.keys():
@@ -285,6 +287,51 @@ def test_rows_that_have_no_equal_keep_their_ids_as_rows_change(seed, tmp_path):
             fresh += 1
             lines[place] = f'goto({fresh}.25, 0, height)  # {fresh}\n'
         stage.save(''.join(lines))
+    assert not stage.errors
+
+
+@pytest.mark.parametrize('seed', [0, *[pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 10)]])
+def test_equal_rows_keep_their_ids_if_it_is_known_which_they_are(seed, tmp_path):
+    dice, path, told = random.Random(seed), tmp_path / 'tour.script', {}
+    path.write_text('a = 1.5\n' + 'goto(1.5, a, 2.5)\ngoto(1.5, a, 7.5)\n' * 2 + 'b = 2.5')
+    stage = Stage(path, numbers_of_rows=lambda before, after: told.get((before, after), ()))
+
+    def ids():
+        """The ids of the numbers of each line."""
+        found = sorted((one.site.line, one.site.column, one.name) for one in stage.locations.values())
+        return [[name for line, _, name in found if line == number] for number in range(1, count + 3)]
+
+    count = 4
+    expected = ids()
+    for _ in range(100):
+        row = dice.randint(1, count)
+        moves = [files.UP] * (row > 1) + [files.DOWN] * (row < count)
+        operation = dice.choice([*moves, *[files.DUPLICATE] * (count < 6), *[files.DELETE] * (count > 2)])
+        content = path.read_bytes()
+        edits, numbers = files.python_row_edits(str(path), content, row + 1, 6, operation)
+        made = files.replaced(content, edits)
+        told[files.digest_of(content), files.digest_of(made)] = numbers
+        stage.save(made.decode())
+        if made != content:  # equal rows that are moved past each other leave the text as it is
+            operate(expected, row, operation)
+        count = len(expected) - 2
+        found = ids()
+        if operation == files.DUPLICATE:
+            assert len(found[row + 1]) == 2
+            assert not {*found[row + 1]} & {name for names in expected for name in names}
+            expected[row + 1] = found[row + 1]
+        assert found == expected
+    assert not stage.errors
+
+
+@pytest.mark.parametrize('which', [[0], [0, 0, 1, 2, 3], [0, 1, 2, 3, 9], [0, 1, 2, 3, -1], [0, 1, 2, 'x', 3], None])
+def test_what_is_said_of_numbers_and_cannot_be_is_not_believed(which, tmp_path):
+    path = tmp_path / 'tour.script'
+    path.write_text('a = 1\nb = 2\nc = 3\nd = 4\n')
+    stage = Stage(path, numbers_of_rows=lambda before, after: which or ())
+    names = [stage.at(line, 5).name for line in range(1, 5)]
+    stage.save('new = 5\na = 1\nb = 2\nc = 3\nd = 4\n')
+    assert [stage.at(line, 5).name for line in range(2, 6)] == names
     assert not stage.errors
 
 

@@ -4,7 +4,7 @@ import ast
 
 import yaml
 
-from rosslt.files import python_row_edits, replaced, yaml_row_edits
+from rosslt.files import SourceText, python_row_edits, replaced, yaml_row_edits
 
 
 def in_yaml(text, path, operation):
@@ -12,6 +12,17 @@ def in_yaml(text, path, operation):
     content = text.encode()
     edits, _ = yaml_row_edits('a.yaml', content, path, operation)
     return replaced(content, edits).decode()
+
+
+def done(content, made):
+    """A Python content in which something was done with rows; the numbers that were there have to be what they were."""
+    changed = replaced(content, made.edits)
+    before, now = (SourceText('a.py', text).numbers for text in (content, changed))
+    kept = [(place, one) for place, one in enumerate(made.numbers) if one is not None]
+    assert len(made.numbers) == len(now)
+    assert len({one for _, one in kept}) == len(kept) == min(len(before), len(now))
+    assert all(repr(before[one].value) == repr(now[place].value) for place, one in kept)
+    return changed
 
 
 class RowText:
@@ -83,4 +94,4 @@ class RowText:
         lines = text.replace('\r\n', '\n').split('\n')
         content = text.encode()
         column = len(lines[those[index].lineno - 1].encode()[: those[index].col_offset].decode()) + 2
-        return replaced(content, python_row_edits('a.py', content, those[index].lineno, column, operation)).decode()
+        return done(content, python_row_edits('a.py', content, those[index].lineno, column, operation)).decode()

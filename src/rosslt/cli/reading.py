@@ -40,11 +40,15 @@ class Messages(Protocol):
     def why_nothing(self, timeout: float) -> str: ...
 
 
-def start_node() -> None:
-    """Make this process a node with a unique name and without locations; once."""
+def start_node(disable_signals: bool = False) -> None:
+    """Make this process a node with a unique name and without locations; once.
+
+    Args:
+        disable_signals: whether SIGINT and SIGTERM do what they did before, also if the process waits for no message.
+    """
     if not node.is_initialized():
         # without arguments, as private parameters among them would be left behind
-        rospy.init_node('rosslt', anonymous=True, disable_rosout=True, argv=[])
+        rospy.init_node('rosslt', anonymous=True, disable_rosout=True, disable_signals=disable_signals, argv=[])
 
 
 def listener(*topics: str, is_exact: bool = False) -> node.Listener:

@@ -13,7 +13,7 @@ from rosslt.files.inline_yaml import inline_edits, inline_places, inline_row_add
 from rosslt.files.launch_text import ORIGINS, AttributeChange, attribute_edits, attribute_places, attribute_text, words
 from rosslt.files.notation import alike, equal, in_manner_of, is_scalar, notations
 from rosslt.files.python_literals import LITERALS, Literal, Positions
-from rosslt.files.python_rows import python_row_additions, python_row_edits, rows_of_numbers
+from rosslt.files.python_rows import RowEdits, python_row_additions, python_row_edits, rows_of_numbers
 from rosslt.files.python_source import (
     Edit,
     Followed,

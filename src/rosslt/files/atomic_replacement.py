@@ -181,11 +181,12 @@ def _settle(directory: str) -> None:
 def _swap(other: str, target: str, expected: bytes, placed: bytes) -> bool:
     """Exchange two files; back again where the target was not as expected.
 
-    Only an exchange shows which content was replaced at that moment.
+    Only an exchange shows which content was replaced at that moment. Until it is exchanged back, others see a text that
+    nobody saved, so it is not begun if the target is another already.
     """
+    if read_bytes(target) != expected:
+        return False
     if not _exchange(other, target):
-        if read_bytes(target) != expected:
-            return False
         os.replace(other, target)
         return True
     try:

@@ -1,6 +1,7 @@
 """Rows in Python: elements of lists and tuples, and alike calls in neighbouring statements."""
 
 import ast
+import bisect
 import itertools
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -30,6 +31,19 @@ class _Found(NamedTuple):
     position: int
     first: int
     last: int
+
+
+class RowEdits(NamedTuple):
+    """What does something with rows of a Python file.
+
+    Attributes:
+        edits: of the file.
+        numbers: for each number of the text that they make, its index in `SourceText.numbers` of the text before; None
+            if it is a new one.
+    """
+
+    edits: List[Edit]
+    numbers: List[Optional[int]]
 
 
 #: (first, last) of the run of alike calls that each statement of a block is in, by the id of the block.
@@ -74,7 +88,7 @@ def _beginning(found: _Found, positions: Positions) -> str:
     return f'{those[0].lineno}:{positions.column(those[0].lineno, those[0].col_offset)}'
 
 
-def python_row_edits(file: str, content: bytes, line: int, column: int, operation: str) -> List[Edit]:
+def python_row_edits(file: str, content: bytes, line: int, column: int, operation: str) -> RowEdits:
     """Make the edits that do something with a row of a Python file.
 
     The row is the element of the innermost list whose elements are more than single values; if there is none, the
@@ -104,7 +118,7 @@ def python_row_additions(
     places: Sequence[Tuple[int, int]],
     added: Sequence[Sequence[Scalar]],
     behind: Sequence[Sequence[Scalar]] = (),
-) -> List[Edit]:
+) -> RowEdits:
     """Make the edits that add copies of a row of a Python file below it, in which some numbers are others.
 
     Args:
@@ -131,7 +145,7 @@ def _additions(
     places: Sequence[Tuple[int, int]],
     added: Sequence[Sequence[Scalar]],
     behind: Sequence[Sequence[Scalar]],
-) -> List[Edit]:
+) -> RowEdits:
     tree, found, row = _row_at(source, *places[0])
     first, last = row.ranges[row.position]
     offsets: List[int] = []
@@ -151,7 +165,12 @@ def _additions(
     at = {literal.start: index for index, literal in enumerate(copied.numbers)}
     wanted = {at[start + offset]: value for start, one in zip(starts, added) for offset, value in zip(offsets, one)}
     made = SourceText(source.path, replaced(copied.content, copied.edits(wanted)))
-    return [source.edit(*rows.difference(source.text, made.text))] if added else []
+    edits = [source.edit(*rows.difference(source.text, made.text))] if added else []
+    numbers = _numbers_of_rows(source, row)
+    copies: List[List[Optional[int]]] = [[None] * len(numbers[row.position + 1])] * len(added)
+    behind_last = row.position + below + 2  # the first is what stands above the rows
+    numbers[behind_last:behind_last] = copies
+    return RowEdits(edits, _in_order(numbers, made))
 
 
 def _still_below(source: SourceText, row: rows.Rows, offsets: Sequence[int], behind: Sequence[Sequence[Scalar]]) -> int:
@@ -172,7 +191,24 @@ def _still_below(source: SourceText, row: rows.Rows, offsets: Sequence[int], beh
     return len(others)
 
 
-def _edits(source: SourceText, line: int, column: int, operation: str) -> List[Edit]:
+def _numbers_of_rows(source: SourceText, row: rows.Rows) -> List[List[Optional[int]]]:
+    """The indices of the numbers of a file in the order of its text: those above the rows of a list, those of each
+    row, and those below."""
+    indices = sorted(range(len(source.numbers)), key=lambda index: source.numbers[index].start)
+    starts = [source.numbers[index].start for index in indices]
+    ends = [0, *(bisect.bisect_left(starts, end) for _, end in row.ranges), len(indices)]
+    ends.insert(1, bisect.bisect_left(starts, row.ranges[0][0]))
+    return [list(indices[first:last]) for first, last in zip(ends, ends[1:])]
+
+
+def _in_order(numbers: Sequence[Sequence[Optional[int]]], made: SourceText) -> List[Optional[int]]:
+    """What stands for each number of a text, given in the order of the text, in the order of its numbers."""
+    indices = sorted(range(len(made.numbers)), key=lambda index: made.numbers[index].start)
+    by_index = dict(zip(indices, itertools.chain.from_iterable(numbers)))
+    return [by_index[index] for index in range(len(indices))]
+
+
+def _edits(source: SourceText, line: int, column: int, operation: str) -> RowEdits:
     tree, found, row = _row_at(source, line, column)
     changed = rows.after(row, operation)
     rows.operate(found.siblings, found.position, operation)
@@ -180,7 +216,11 @@ def _edits(source: SourceText, line: int, column: int, operation: str) -> List[E
     start = row.ranges[row.position][0]
     if ast.dump(made.tree) != ast.dump(tree):
         raise row.refusal('the file would not say the same otherwise; edit it by hand', start)
-    return [source.edit(*rows.difference(source.text, changed))]
+    numbers = _numbers_of_rows(source, row)
+    rows.operate(numbers, row.position + 1, operation)  # the first is what stands above the rows
+    if operation == rows.DUPLICATE:
+        numbers[row.position + 2] = [None] * len(numbers[row.position + 2])
+    return RowEdits([source.edit(*rows.difference(source.text, changed))], _in_order(numbers, made))
 
 
 def _row_at(source: SourceText, line: int, column: int) -> Tuple[ast.Module, _Found, rows.Rows]:

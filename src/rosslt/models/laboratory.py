@@ -6,6 +6,7 @@ It takes requests from its standard input and answers on its standard output, bo
 import contextlib
 import ctypes
 import fcntl
+import http.client
 import os
 import pickle
 import re
@@ -17,6 +18,8 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
+import xmlrpc.client
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Set, Tuple
 
@@ -31,6 +34,9 @@ from rosslt.models.raw_messages import NotBuilt, raw_class
 _NAME = '/rosslt_laboratory'
 _LAST_LINES = 10
 
+#: The time that a copy has to say what it is connected to, in seconds.
+_ANSWERS = 2.0
+
 #: Remappings that would lead a copy to the live master, or to its log.
 _NOT_COPIED = ('__master:=', '__ip:=', '__hostname:=', '__log:=')
 
@@ -43,6 +49,7 @@ _ASKS = ('getParam', 'hasParam', 'subscribeParam')
 # from the headers of Linux
 _SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 1
 _MS_BIND = 4096
+_PR_SET_CHILD_SUBREAPER = 36
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
@@ -77,6 +84,13 @@ def hide_devices() -> None:
 def _mount(source: str, target: str, kind: str, flags: int) -> None:
     if _LIBC.mount(source.encode(), target.encode(), kind.encode() or None, ctypes.c_ulong(flags), None):
         raise OSError(ctypes.get_errno(), 'cannot mount ' + target)
+
+
+class _Transport(xmlrpc.client.Transport):
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = _ANSWERS
+        return connection
 
 
 class Laboratory:
@@ -124,9 +138,10 @@ class Laboratory:
         environment = {**process.environment, 'ROS_MASTER_URI': uri, 'ROS_IP': '127.0.0.1'}
         environment.update(ROS_HOME=self._directory, ROS_LOG_DIR=self._directory)
         environment.pop('ROS_HOSTNAME', None)
+        arguments = [one for one in process.arguments if not (one.startswith(_NOT_COPIED) or _PARAMETER.match(one))]
         with open(self._output, 'wb') as output:
             return subprocess.Popen(
-                [one for one in process.arguments if not (one.startswith(_NOT_COPIED) or _PARAMETER.match(one))],
+                [*arguments, '__name:=' + process.node.rpartition('/')[2]],  # an anonymous one would have another
                 executable=process.executable,
                 cwd=process.directory,
                 env=environment,
@@ -159,12 +174,21 @@ class Laboratory:
                 for topics, others in ((self._inputs, self._outputs), (self._outputs, self._inputs))
                 for topic, one in topics.items()
                 if one.get_num_connections() < 1 + (topic in others)
-            ]
+            ] or sorted(self._outputs.keys() - self._sent_here())
             if not missing:
                 return
             self._rest(0.01)
             if time.monotonic() > deadline:
                 raise Failed(self._with_last_lines(f'does not connect to {", ".join(missing)} within {timeout:g} s'))
+
+    def _sent_here(self) -> Set[str]:
+        """The topics that the copy sends to this process. A connection counts here before a rospy node sends on it."""
+        try:
+            api: Any = xmlrpc.client.ServerProxy(self.master.lookupNode(self._process.node), _Transport())
+            _, _, connections = api.getBusInfo(_NAME)
+        except (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error):
+            return set()
+        return {topic for _, name, direction, _, topic, *_ in connections if (name, direction) == (_NAME, 'o')}
 
     def _rest(self, seconds: float) -> None:
         """Wait, and notice if the copy or the asking process ends."""
@@ -192,10 +216,23 @@ class Laboratory:
         return answers
 
     def stop(self) -> None:
-        """End the copy, and all that it has started in its session."""
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.copy.pid, signal.SIGKILL)
+        """End the copy, and all that it has started."""
+        self.copy.kill()
         self.copy.wait()
+        while children := _children():  # what a process has started becomes a child of this one when it ends
+            for child in children:
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
+
+
+def _children() -> List[int]:
+    """The processes that this one has to wait for."""
+    found = []
+    for file in Path('/proc').glob('[0-9]*/stat'):
+        with contextlib.suppress(OSError):  # ended meanwhile
+            if int(file.read_text(encoding='utf-8', errors='replace').rpartition(')')[2].split()[1]) == os.getpid():
+                found.append(int(file.parent.name))
+    return found
 
 
 def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
@@ -204,7 +241,7 @@ def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
     order = pickle.load(requests)
     try:
         laboratory = Laboratory(order, directory)
-    except (Failed, NotBuilt) as failure:
+    except (Failed, NotBuilt, OSError) as failure:
         answer((str(failure), None))
         return
     answer(('', None))
@@ -230,6 +267,7 @@ def main() -> None:
         bring_up_loopback()
         hide_devices()
         tempfile.tempdir = '/dev/shm'
+    _LIBC.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     answers = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)  # what others print is no answer
 
@@ -237,10 +275,13 @@ def main() -> None:
         pickle.dump(result, answers)
         answers.flush()
 
-    with tempfile.TemporaryDirectory(prefix='rosslt_twin_') as directory, contextlib.suppress(
-        EOFError, BrokenPipeError, ParentGone
-    ):
-        serve(directory, answer)
+    try:
+        with tempfile.TemporaryDirectory(prefix='rosslt_twin_') as directory, contextlib.suppress(
+            EOFError, pickle.UnpicklingError, BrokenPipeError, ParentGone
+        ):
+            serve(directory, answer)
+    except Exception:
+        traceback.print_exc()
     os._exit(0)  # the threads of the master go on otherwise
 
 

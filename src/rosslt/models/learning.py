@@ -28,6 +28,9 @@ SAME = 1e-6
 #: that the live node has sent may have come.
 COMPARED = 0.5, 0.9
 
+#: An answer without a stamp is compared with what the node has sent up to this part of a replay before or after it.
+NEAR = 0.25
+
 #: A change is waited for as long as this, in seconds, until its outputs stay as they are.
 LONGEST = 8.0
 
@@ -104,11 +107,12 @@ def learn_node(
         raise NotLearned('time is simulated (/use_sim_time), and a twin has no clock to follow')
     if not recording.outputs:
         raise NotLearned(f'{process.node} has sent nothing within {recording.seconds:g} s')
-    begin = numbers_in(recording.last(recording.inputs))
+    heard = numbers_in(recording.last(recording.inputs))
+    begin = [(number, value) for number, value in heard if not _is_rotation(recording, number)]
     own = _parameters_of(process.node, parameters) if tries_parameters else []
     if not begin and not own:
-        heard = ', '.join(sorted({topic for _, topic, _ in recording.inputs})) or 'nothing'
-        raise NotLearned(f'{process.node} has heard no numbers within {recording.seconds:g} s: {heard}')
+        topics = ', '.join(sorted({topic for _, topic, _ in recording.inputs})) or 'nothing'
+        raise NotLearned(f'{process.node} has heard no numbers within {recording.seconds:g} s: {topics}')
     with Twin(process, parameters, inputs, outputs) as twin:
         say('the twin runs' + ('' if twin.is_isolated else ', without a network of its own: this user may make none'))
         differs = difference(recording, twin.play(recording.inputs, recording.seconds))
@@ -118,13 +122,15 @@ def learn_node(
                 'listened to for longer'
             )
         say('on the same messages, it sends the same')
+        if len(begin) < len(heard):
+            say('rotations of frames are not changed: tf2 takes no quaternion of another length than 1')
         hand = _Hand(twin, recording, [number for number, _ in begin])
         at = np.array([value for _, value in begin])
         late = hand.settle(at)
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
         found = []
         if begin:
-            learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION)
+            learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION, confirms=True)
             found.append(hand.answer(hand.numbers, at.tolist(), late, learned))
         if own:
             numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
@@ -134,6 +140,11 @@ def learn_node(
             learned = learn(ask, present, sizes, whole=whole, most=most, resolution=RESOLUTION)
             found.append(hand.answer(numbers, present.tolist(), late, learned))
         return found
+
+
+def _is_rotation(recording: Recording, number: Number) -> bool:
+    """Whether a number is of the quaternion of a frame, which tf2 refuses if the length is not 1."""
+    return recording.types[number.topic]._type == 'tf2_msgs/TFMessage' and '.rotation.' in number.path
 
 
 def _parameters_of(node: str, tree: Mapping[str, Any]) -> List[Tuple[Number, Any]]:
@@ -162,15 +173,18 @@ def difference(recording: Recording, answers: Sequence[Timed]) -> str:
     Args:
         recording: of the node.
         answers: the twin's, to the same messages.
+
+    Raises:
+        NotLearned: nothing can be compared.
     """
-    begin, end = (part * recording.seconds for part in COMPARED)
-    live: Dict[Any, List[Tuple[Any, Dict[str, float]]]] = {}
-    for _, topic, serialized in recording.outputs:
+    begin, end, near = (part * recording.seconds for part in (*COMPARED, NEAR))
+    live: Dict[Any, List[Tuple[float, Any, Dict[str, float]]]] = {}
+    for when, topic, serialized in recording.outputs:
         message = recording.read(topic, serialized)
         for (_, thing), numbers in _by_thing(topic, message).items():
-            live.setdefault((topic, thing), []).append((stamp_of(message), numbers))
+            live.setdefault((topic, thing), []).append((when, stamp_of(message), numbers))
     told: Dict[str, float] = {}
-    topics = set()
+    topics, compared = set(), False
     for when, topic, serialized in answers:
         if not begin <= when <= end:
             continue
@@ -178,11 +192,12 @@ def difference(recording: Recording, answers: Sequence[Timed]) -> str:
         message = recording.read(topic, serialized)
         for key, numbers in _by_thing(topic, message).items():
             stamp, known = stamp_of(message), live.get(key, [])
-            others = [other for has, other in known if has == stamp or stamp is None]
-            if known and not others and any(has is not None for has, _ in known):
-                continue  # a node may leave out messages that come too fast
-            if not others:
+            if not known:
                 return f'{topic} has another thing, or another number of them'
+            others = [other for sent, has, other in known if (has == stamp if stamp else abs(sent - when) <= near)]
+            if not others:
+                continue  # a node may leave out messages that come too fast
+            compared = True
             path, size = min((_largest(numbers, other) for other in others), key=lambda one: one[1])
             if size > SAME:
                 name = f'{topic}/{path.replace(".", "/")}'
@@ -190,6 +205,11 @@ def difference(recording: Recording, answers: Sequence[Timed]) -> str:
     missing = {topic for when, topic, _ in recording.outputs if begin <= when <= end} - topics
     if missing:
         return f'it sends nothing on {", ".join(sorted(missing))}'
+    if not compared:
+        raise NotLearned(
+            'nothing that it sends can be compared: it comes too seldom for the seconds that were listened to, or has '
+            'no finite numbers that are not whole'
+        )
     most = sorted(told.items(), key=lambda one: -one[1])[:3]
     return ', '.join(f'{name} differs by {size:.2g} of its size' for name, size in most)
 
@@ -243,7 +263,7 @@ class _Hand:
             # What comes every now and then may come once more.
             gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
-            if self.seconds <= 0.75 * hold:
+            if self.outputs and self.seconds <= 0.75 * hold:
                 self._came.update(topic for _, topic, _ in self._twin.play([], self.seconds))
                 self._answers = {
                     output: next((one for one, sent in self._sent.items() if sent == came), '')
@@ -254,7 +274,8 @@ class _Hand:
                 return late
             hold *= 2
             if hold > LONGEST:
-                raise NotLearned(f'what it sends does not stay the same within {LONGEST:g} s while its inputs do')
+                what = 'does not stay the same' if self.outputs else 'is no number'
+                raise NotLearned(f'what it sends {what} within {LONGEST:g} s while its inputs stay')
 
     def ask(self, rows: Array) -> Array:
         """The outputs (k, m) at inputs (k, n); NaN if an output has not come."""
@@ -349,8 +370,8 @@ class _Hand:
         return self._recording.last(answers)
 
     def _gap(self, topic: str, answers: Sequence[Timed]) -> float:
-        """The longest time between two messages of an output."""
-        came = [when for when, other, _ in answers if other == topic]
+        """The longest time without a message of an output."""
+        came = [0.0, *(when for when, other, _ in answers if other == topic)]
         return max([later - earlier for earlier, later in zip(came, came[1:])], default=0.0)
 
     def _times(self, before: Mapping[Any, Any], answers: Sequence[Timed]) -> Tuple[float, float]:

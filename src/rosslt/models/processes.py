@@ -10,12 +10,13 @@ from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Set, Tup
 
 import rosgraph
 import rosgraph.network
+import rospy
 
 #: The devices that any number of processes use at the same time.
 _SHARED_DEVICES = re.compile(r'/dev/(null|zero|full|random|urandom|tty|ptmx|console|pts/.*|shm/.*)')
 
-#: The state of a listening socket in /proc/PID/net/tcp.
-_LISTENING = '0A'
+#: The states in /proc/PID/net of sockets that take what anybody sends: one that listens, and one without a peer.
+_TAKING = {'tcp': '0A', 'tcp6': '0A', 'udp': '07', 'udp6': '07'}
 
 
 class NotCopied(Exception):
@@ -49,7 +50,8 @@ def live_process(master: rosgraph.Master, node: str) -> LiveProcess:
 
     Raises:
         NotCopied: the node is unknown, has ended, runs on another machine, is another user's or a nodelet, or holds
-            what a copy would take from it: a device, a listening port that is not ROS's, a lock.
+            what a copy would take from it: a device, a port or socket that is not ROS's, a lock; or its program or
+            folder is gone, or it takes messages of any type.
         OSError: the master does not answer.
     """
     try:
@@ -73,14 +75,22 @@ def live_process(master: rosgraph.Master, node: str) -> LiveProcess:
         arguments = tuple(_texts(process / 'cmdline'))
         environment = dict(text.split('=', 1) for text in _texts(process / 'environ') if '=' in text)
         _refuse_nodelet(node, arguments)
+        _refuse_any_type(node, {**dict(subscribed), **dict(published)})
+        ports = _ports(process)
+        if port not in ports:
+            raise NotCopied(f'{node} runs in another container: the process {pid} is another one here')
         held = [
             *_devices_and_lock_files(process),
-            *_locks(process, pid),
-            *_ports(process, _ros_ports(master, node, port)),
+            *_locks(process),
+            *(f'the port {one}' for one in ports if one not in _ros_ports(master, node, port)),
+            *_unix_sockets(process),
         ]
         if held:
             raise NotCopied(f'{node} holds what a copy would take from it: {", ".join(dict.fromkeys(held))}')
         executable, directory = os.readlink(process / 'exe'), os.readlink(process / 'cwd')
+        for path in (executable, directory):
+            if not os.path.exists(path):
+                raise NotCopied(f'{node} was started from what is no longer there: {path}')
     except FileNotFoundError:
         raise NotCopied(f'{node} has ended, or runs in another container: there is no process {pid}') from None
     except PermissionError as error:
@@ -102,6 +112,12 @@ def _refuse_nodelet(node: str, arguments: Tuple[str, ...]) -> None:
         raise NotCopied(f'{node} is a manager of nodelets, which others load into it')
 
 
+def _refuse_any_type(node: str, types: Mapping[str, str]) -> None:
+    for topic, name in types.items():
+        if name == rospy.AnyMsg._type:
+            raise NotCopied(f'{node} takes messages of any type on {topic}, and does not say which')
+
+
 def _open_files(process: Path) -> Iterator[Tuple[Path, str]]:
     """(The entry in /proc, what it refers to) of each open file."""
     for entry in (process / 'fd').iterdir():
@@ -117,15 +133,10 @@ def _devices_and_lock_files(process: Path) -> Iterator[str]:
             yield 'the lock file ' + path
 
 
-def _locks(process: Path, pid: int) -> Iterator[str]:
-    held = set()
-    for line in Path('/proc/locks').read_text(encoding='ascii').splitlines():
-        words = line.replace('-> ', '').split()
-        if words[4] == str(pid) and '->' not in line:
-            held.add(int(words[5].split(':')[2]))
+def _locks(process: Path) -> Iterator[str]:
     for entry, path in _open_files(process):
         with contextlib.suppress(FileNotFoundError):
-            if entry.stat().st_ino in held:
+            if '\nlock:' in (process / 'fdinfo' / entry.name).read_text(encoding='ascii'):
                 yield 'a lock on ' + path
 
 
@@ -140,14 +151,28 @@ def _ros_ports(master: rosgraph.Master, node: str, own: Optional[int]) -> Set[Op
     return ports
 
 
-def _ports(process: Path, known: Set[Optional[int]]) -> Iterator[str]:
-    listening: Dict[str, int] = {}
-    for family in ('tcp', 'tcp6'):
-        with contextlib.suppress(FileNotFoundError):  # a system without IPv6
-            for line in (process / 'net' / family).read_text(encoding='ascii').splitlines()[1:]:
-                words = line.split()
-                if words[3] == _LISTENING:
-                    listening[f'socket:[{words[9]}]'] = int(words[1].rpartition(':')[2], 16)
+def _ports(process: Path) -> List[int]:
+    """The ports on which a process takes what anybody sends, without those of UDP that the system chooses for who asks
+    for none: each roscpp node has one, and a copy gets another."""
+    first, last = map(int, Path('/proc/sys/net/ipv4/ip_local_port_range').read_text(encoding='ascii').split())
+    taking: Dict[str, int] = {}
+    for family, state in _TAKING.items():
+        for words in _net(process, family):
+            port = int(words[1].rpartition(':')[2], 16)
+            if words[3] == state and not (family.startswith('udp') and first <= port <= last):
+                taking[f'socket:[{words[9]}]'] = port
+    return [taking[path] for _, path in _open_files(process) if path in taking]
+
+
+def _unix_sockets(process: Path) -> Iterator[str]:
+    names = {f'socket:[{words[6]}]': words[7] for words in _net(process, 'unix') if len(words) > 7}
     for _, path in _open_files(process):
-        if path in listening and listening[path] not in known:
-            yield f'the port {listening[path]}'
+        if path in names:
+            yield 'the socket ' + names[path]
+
+
+def _net(process: Path, family: str) -> Iterator[List[str]]:
+    """The words of each line on sockets of a family; none on a system without it."""
+    with contextlib.suppress(FileNotFoundError):
+        for line in (process / 'net' / family).read_text(encoding='utf-8', errors='replace').splitlines()[1:]:
+            yield line.split(maxsplit=7 if family == 'unix' else -1)

@@ -2,22 +2,27 @@
 
 import copy
 import math
+import os
 import statistics
 import time
 from typing import Any, Dict, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import genpy
 import rosbag
+import rosgraph
 import roslib.message
 import rospy
 
 from rosslt import messages, values
-from rosslt.models.processes import LiveProcess
+from rosslt.models.processes import LiveProcess, NotCopied
 from rosslt.models.raw_messages import raw_class
 from rosslt.models.twin import Timed
 
 #: What every node has, and nobody computes from.
 IGNORED = ('/rosout', '/rosout_agg')
+
+#: So long may it take until all publishers are connected, in seconds. One that has crashed never is.
+CONNECTS = 10.0
 
 _Key = Tuple[str, Hashable]
 """A topic, and a thing on it."""
@@ -46,7 +51,7 @@ class Recording(NamedTuple):
     """What a node has heard and sent.
 
     Attributes:
-        inputs, outputs: messages with the seconds since it began, in the order in which they came.
+        inputs, outputs: messages with the seconds since it began, negative before, in the order in which they came.
         types: {topic: the class of its messages}.
         seconds: how long it took.
     """
@@ -86,29 +91,42 @@ def record(process: LiveProcess, seconds: float) -> Recording:
 
     Args:
         process: the node's; this process is a node as well.
-        seconds: for so long.
+        seconds: for so long, from when all publishers are connected. What comes before, as latched messages do, has a
+            negative time.
+
+    Raises:
+        NotCopied: the node has ended meanwhile.
     """
     inputs, outputs = inputs_and_outputs(process)
     heard: List[Timed] = []
     sent: List[Timed] = []
-    begin = time.monotonic()
 
     def take(message: rospy.AnyMsg, topic: str) -> None:
         is_own = message._connection_header.get('callerid') == process.node
-        came = time.monotonic() - begin, topic, bytes(message._buff)
-        if is_own and topic in outputs:
-            sent.append(came)
-        if topic in inputs:
+        came = time.monotonic(), topic, bytes(message._buff)
+        if is_own:
+            sent.append(came)  # a twin sends to itself as well
+        elif topic in inputs:
             heard.append(came)
 
     subscribers = [
         rospy.Subscriber(topic, raw_class(name), take, topic, tcp_nodelay=True)
         for topic, name in {**inputs, **outputs}.items()
     ]
+    publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+    deadline = time.monotonic() + CONNECTS
+    while time.monotonic() < deadline and any(
+        one.get_num_connections() < len(publishers.get(one.resolved_name, ())) for one in subscribers
+    ):
+        rospy.rostime.wallsleep(0.01)
+    begin = time.monotonic()
     rospy.rostime.wallsleep(seconds)
     for subscriber in subscribers:
         subscriber.unregister()
-    return Recording(sorted(heard), sorted(sent), _classes({**inputs, **outputs}), seconds)
+    if not os.path.exists(f'/proc/{process.pid}/exe'):  # neither ended nor left unwaited for
+        raise NotCopied(f'{process.node} has ended while it was listened to')
+    since = [[(when - begin, topic, data) for when, topic, data in sorted(part)] for part in (heard, sent)]
+    return Recording(since[0], since[1], _classes({**inputs, **outputs}), seconds)
 
 
 def recorded(process: LiveProcess, file: str) -> Recording:
@@ -129,9 +147,9 @@ def recorded(process: LiveProcess, file: str) -> Recording:
         for topic, raw, when, header in bag.read_messages([*inputs, *outputs], raw=True, return_connection_header=True):
             came = when.to_sec() - begin, topic, bytes(raw[1])
             # rosbag reads the fields of a connection's header as bytes
-            if topic in outputs and header.get('callerid') in (process.node, process.node.encode()):
+            if header.get('callerid') in (process.node, process.node.encode()):
                 sent.append(came)
-            if topic in inputs:
+            elif topic in inputs:
                 heard.append(came)
     return Recording(sorted(heard), sorted(sent), _classes({**inputs, **outputs}), end - begin)
 

@@ -5,6 +5,9 @@ either in a trial that differs from the start in one input alone, or in two tria
 input alone. If their outputs differ by more than noise explains, nothing else can explain it. A linear fit only
 proposes which inputs are tried first. Why the others are called quiet: all of them were changed at once, twice, by
 random sizes in opposite directions, and no output moved.
+
+What remembers its inputs, as a switch with hysteresis does, may answer to what was asked before. So each dependency is
+confirmed in the end if that is wanted: one answer, another with the one input changed, and the first again.
 """
 
 import contextlib
@@ -19,6 +22,8 @@ from rosslt.models.sparse import propose
 
 Array = Any  # numpy.ndarray: NumPy 1.17 of Noetic has no types
 Ask = Callable[[Array], Array]
+Proof = Tuple[Array, Array, Array]
+"""Two changes of the inputs (n,) that differ in one input alone, and which outputs they tell apart (m,)."""
 
 CHANCE = 1e-7  # of noise to be taken for a movement, in one output of one trial
 ROUNDING = 1e-12  # of an output's largest answer: what summing in another order may change
@@ -34,6 +39,7 @@ def learn(
     tolerance: float = 0.05,
     seed: int = 0,
     resolution: float = ROUNDING,
+    confirms: bool = False,
 ) -> Learned:
     """Finds by trials which outputs of a function depend on which inputs, and how.
 
@@ -51,6 +57,8 @@ def learn(
         tolerance: relative error up to which first order is said to hold
         seed: of the random changes
         resolution: the part of an output's largest answer below which a difference is no movement
+        confirms: whether the function may remember what it was asked before: each dependency takes two more trials, and
+            an output that remembers is told to be unrepeatable
 
     Returns:
         what was learned
@@ -70,7 +78,7 @@ def learn(
         raise ValueError('the start is out of bounds')
     room = np.minimum(sizes, np.stack([start - limits[:, 0], limits[:, 1] - start]))
     room = np.where(steps, np.floor(room), room)
-    return _Search(ask, start, room, steps, most, tolerance, np.random.RandomState(seed), resolution).run()
+    return _Search(ask, start, room, steps, most, tolerance, np.random.RandomState(seed), resolution, confirms).run()
 
 
 class _OutOfTrials(Exception):
@@ -90,16 +98,19 @@ class _Search:
         tolerance: float,
         random: Any,
         resolution: float,
+        confirms: bool,
     ) -> None:
         self.ask, self.start, self.room, self.whole = ask, start, room, whole
         self.left = most
         self.trials = 0
-        self.tolerance, self.resolution = tolerance, resolution
+        self.tolerance, self.resolution, self.confirms = tolerance, resolution, confirms
         self.random = random
         self.largest: Array = None
         self.is_single = True  # whether all answers fit in 32 bits
         self.profiles: Dict[int, Profile] = {}
         self.seen: Dict[int, Array] = {}  # which outputs an input moved, (m,)
+        self.proofs: Dict[int, List[Proof]] = {}  # among changes of others
+        self.unconfirmed: Set[int] = set()
         self.quiet = np.max(room, axis=0) == 0
         self.unanswered: Set[int] = set()
         self.mute: List[int] = []  # the inputs that a path goes on without: they took the answer away
@@ -121,7 +132,8 @@ class _Search:
         return result
 
     def _asked(self, changes: Array) -> Array:
-        if len(changes) > self.left:
+        kept = 2 * len(self.seen) + 1 if self.confirms else 0
+        if len(changes) > self.left - kept:
             raise _OutOfTrials
         self.left -= len(changes)
         self.trials += len(changes)
@@ -147,6 +159,10 @@ class _Search:
         """Which outputs moved (m,). No answer counts as moved here: such a group is split."""
         return self.answering & ~(np.abs(one - other) <= self.threshold)
 
+    def is_move(self, delta: Array) -> Array:
+        """Which outputs moved (m,), from how far they did."""
+        return self.answering & (np.abs(np.nan_to_num(delta)) > self.threshold)
+
     # The run
 
     def run(self) -> Learned:
@@ -157,6 +173,11 @@ class _Search:
         for step in (self.measure, self.refine, self.walk):
             with contextlib.suppress(_OutOfTrials):
                 step()
+        for index in self.seen.keys() & self.profiles.keys():
+            for delta in self.profiles[index].deltas.values():
+                self.seen[index] = self.seen[index] | self.is_move(delta)
+        if self.confirms:
+            self.confirm()
         self.end()
         return self.result(is_complete)
 
@@ -177,12 +198,42 @@ class _Search:
         self.factor = float(stdtrit(len(asked) - 1, 1 - CHANCE)) * np.sqrt(2)
         self.largest = np.max(np.abs(np.nan_to_num(asked)), axis=0)
         self.moved = np.zeros((0, asked.shape[1]))
+        self.drifted = np.zeros(asked.shape[1], dtype=bool)
 
     def end(self) -> None:
         """The start again: an output that has drifted meanwhile has shown nothing."""
         self.left = 1
         again = self._asked(np.zeros((1, len(self.start))))[0]
-        self.drifted = self.answering & ~(np.abs(again - self.base) <= self.threshold)
+        self.drifted |= self.answering & ~(np.abs(again - self.base) <= self.threshold)
+
+    def confirm(self) -> None:
+        """Asks for each dependency again: an output that is not the same before and after has shown nothing."""
+        self.confirms = False  # the trials that were kept are for this
+        last: Array = None
+        for index in sorted(self.seen):
+            with contextlib.suppress(_OutOfTrials):
+                for before, after, moved in self.proofs_of(index):
+                    if last is None or np.any(before) or np.any(last[0]):
+                        last = before, self.answers(before[None])[0]
+                    changed, again = self.answers(np.array([after, before]))
+                    is_same = ~self.differ(last[1], again) & (np.any(before) | ~self.differ(again, self.base))
+                    self.drifted |= moved & ~(is_same & self.differ(again, changed) & ~np.isnan(changed))
+                    last = before, again
+                continue
+            self.unconfirmed.add(index)
+
+    def proofs_of(self, index: int) -> List[Proof]:
+        """Few proofs of all that an input moves."""
+        still, alone = np.zeros(len(self.start)), np.eye(len(self.start))[index]
+        deltas = self.profiles[index].deltas if index in self.profiles else {}
+        steps = sorted(deltas, key=abs, reverse=True)
+        changes = [(still, step * alone, self.is_move(deltas[step])) for step in steps]
+        missing, found = self.seen[index] & ~self.drifted, []
+        for before, after, moved in changes + self.proofs.get(index, []):
+            if np.any(moved & missing):
+                found.append((before, after, moved & missing))
+                missing = missing & ~moved
+        return found
 
     def find(self) -> bool:
         """Finds which inputs matter; whether all others are quiet."""
@@ -235,6 +286,9 @@ class _Search:
             proven = moved & ~np.isnan(end)
             if np.any(proven):
                 self.seen[inputs[0]] = self.seen.get(inputs[0], False) | proven
+                after = before.copy()
+                after[inputs] = change[inputs]
+                self.proofs.setdefault(inputs[0], []).append((before, after, proven))
             else:
                 self.mute.append(inputs[0])
                 self.unanswered.add(inputs[0])
@@ -412,7 +466,9 @@ class _Search:
             answers = np.concatenate([self.base[None], self.answers(rows[1:])])
             for n, index in enumerate(order):
                 is_told = ~np.isnan(answers[n]) & ~np.isnan(answers[n + 1])
-                self.seen[index] = self.seen[index] | (self.differ(answers[n], answers[n + 1]) & is_told)
+                proven = self.differ(answers[n], answers[n + 1]) & is_told
+                self.seen[index] = self.seen[index] | proven
+                self.proofs.setdefault(index, []).append((rows[n], rows[n + 1], proven))
 
     def odd(self, index: int) -> List[int]:
         """The outputs that an input does not move in first order over its whole room."""
@@ -426,21 +482,19 @@ class _Search:
         moved = np.any([*self.seen.values(), np.zeros(len(self.base), dtype=bool)], axis=0)
         bad = ~self.answering | self.drifted | ((self.noise > 0) & ~moved)
         found = []
-        for index, outputs in self.seen.items():
+        for index in self.seen.keys() - self.unconfirmed:
             profile = self.profiles.get(index, Profile())
-            for delta in profile.deltas.values():
-                outputs = outputs | (self.answering & (np.abs(np.nan_to_num(delta)) > self.threshold))
-            for output in np.flatnonzero(outputs & ~bad):
+            for output in np.flatnonzero(self.seen[index] & ~bad):
                 record = profile.describe(int(output), self.tolerance, self.threshold)
                 found.append(Dependency(int(output), int(index), *record))
-        told = {*self.seen, *self.unanswered, *np.flatnonzero(self.quiet)}
+        told = {*self.seen, *self.unanswered, *np.flatnonzero(self.quiet)} - self.unconfirmed
         rest = set(range(len(self.start))) - told
         return Learned(
             dependencies=tuple(sorted(found, key=lambda each: (each.output, each.input))),
             noise=tuple(float(each) for each in self.noise),
             unrepeatable=tuple(int(n) for n in np.flatnonzero(bad)),
             unanswered=tuple(sorted(int(i) for i in self.unanswered - set(self.seen))),
-            untried=() if is_complete else tuple(sorted(rest)),
+            untried=tuple(sorted(self.unconfirmed if is_complete else rest)),
             tolerance=self.tolerance,
             trials=self.trials,
         )

@@ -1,5 +1,6 @@
 """A twin: a copy of a running node under a master of its own, from which no packet reaches the live robot."""
 
+import contextlib
 import os
 import pickle
 import shutil
@@ -9,8 +10,8 @@ from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 from rosslt.models.processes import LiveProcess
 
-#: Runs a command in user, network, mount and process namespaces of its own, which end with it.
-UNSHARE = ('unshare', '--map-root-user', '--net', '--mount', '--pid', '--fork', '--kill-child', '--mount-proc')
+#: Runs a command in user, network, memory, mount and process namespaces of its own, which end with it.
+UNSHARE = ('unshare', '--map-root-user', '--net', '--ipc', '--mount', '--pid', '--fork', '--kill-child', '--mount-proc')
 
 #: (time in seconds since a play began, topic, serialized message).
 Timed = Tuple[float, str, bytes]
@@ -127,7 +128,8 @@ class Twin:
             raise
 
     def _stop(self) -> None:
-        with self._laboratory as laboratory:  # closes its pipes, at which it ends, and waits for it
+        # closes its pipes, at which it ends, and waits for it; a request may be left if it has ended by itself
+        with contextlib.suppress(BrokenPipeError), self._laboratory as laboratory:
             laboratory.stdin.close()  # type: ignore[union-attr]
 
     def _ask(self, request: object) -> Any:
@@ -138,7 +140,7 @@ class Twin:
             pickle.dump(request, to)
             to.flush()
             failure, answer = pickle.load(back)
-        except (BrokenPipeError, EOFError):
+        except (BrokenPipeError, EOFError, pickle.UnpicklingError):
             raise TwinFailed('the process that holds the copy has ended') from None
         if failure:
             raise TwinFailed(failure)

@@ -68,7 +68,7 @@ from rosslt.node.locations.row_edits import (
     row_edit,
     when_rows_are_read,
 )
-from rosslt.node.locations.row_journal import RowRecord, last_row_record, take_row_back
+from rosslt.node.locations.row_journal import RowRecord, last_row_record, numbers_of_rows, take_row_back
 from rosslt.node.locations.saving import (
     changes_to_save,
     differing_in,

@@ -10,7 +10,7 @@ import os
 import re
 import threading
 from decimal import Decimal
-from typing import Any, Callable, Collection, Iterable, List, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Collection, Dict, Iterable, List, NamedTuple, Optional, Sequence
 
 from rosslt import files, node, values
 from rosslt.script import execution
@@ -59,6 +59,8 @@ class LiveScript:
         remembered: called with the digest of the text at the start; the names that the locations of that very text had
             in an earlier run, if that is known.
         remember: called with the digest of the text and the names whenever one of these has changed.
+        numbers_of_rows: called with the digests of the text in force and of one that is in the file instead; for each
+            number of that, its index in the former, None for a new one; none at all if that is not known.
 
     Raises:
         ScriptError: the file cannot be read.
@@ -74,6 +76,7 @@ class LiveScript:
         settings: Settings = DEFAULT_SETTINGS,
         remembered: Callable[[str], Sequence[str]] = lambda digest: (),
         remember: Callable[[str, Sequence[str]], None] = lambda digest, names: None,
+        numbers_of_rows: Callable[[str, str], Sequence[Optional[int]]] = lambda before, after: (),
     ) -> None:
         self.path = path
         self._add, self._remove = add, remove
@@ -82,7 +85,7 @@ class LiveScript:
         self._lock = threading.RLock()
         self._refused: Optional[bytes] = None  # a content of the file that cannot come into force
         self._state = _State(files.SourceText(path, b''), [], [], [])
-        self._remember = remember
+        self._remember, self._numbers_of_rows = remember, numbers_of_rows
         content = files.read_settled_bytes(path)
         self._take_in(content, remembered(files.digest_of(content)))
 
@@ -140,14 +143,17 @@ class LiveScript:
         Returns:
             False if the file was changed again meanwhile.
         """
+        before, after = self._state.source, files.digest_of(content)
+        which = self._numbers_of_rows(before.digest, after) if after != before.digest else ()
         with self._lock:
+            which = which if self._state.source is before else ()
             if not files.holds(self.path, content):
                 return False
             if content == self._state.source.content:
                 self._note_mended()
                 return True
             try:
-                made = self._made(files.SourceText(self.path, content), names)
+                made = self._made(files.SourceText(self.path, content), names, which)
                 is_same_but_for_numbers = made.source.skeleton == self._state.source.skeleton
             except ScriptError as error:
                 if content != self._refused:
@@ -165,15 +171,14 @@ class LiveScript:
             self._refused = None
             self._take(self._state.steps, True)
 
-    def _made(self, source: files.SourceText, names: Sequence[str]) -> _State:
-        """The state of a text that somebody has saved; numbers in lines that read the same keep their locations.
+    def _made(self, source: files.SourceText, names: Sequence[str], which: Sequence[Optional[int]]) -> _State:
+        """The state of a text that somebody has saved; numbers keep their locations if it is known which they are, else
+        those in lines that read the same.
 
         Raises:
             ScriptError: it cannot come into force; then no location is left of it.
         """
-        known = files.followed(self._state.source, source, exactly=True).literals
-        count = len(self._state.numbers)
-        records = {new: self._state.numbers[old] for old, new in known.items() if old < count}
+        records = self._records(source, which)
         numbers: List[_Number] = []
         taken = {number.name for number in self._state.numbers}
         try:
@@ -189,6 +194,16 @@ class LiveScript:
         except BaseException:
             self._forget(numbers, records.values())
             raise
+
+    def _records(self, source: files.SourceText, which: Sequence[Optional[int]]) -> Dict[int, '_Number']:
+        """{index of a number in a text that somebody has saved: the one of the text in force that it is}."""
+        numbers = self._state.numbers
+        kept = {new: old for new, old in enumerate(which) if old is not None}
+        is_known = len(which) == len(source.numbers) and len(set(kept.values())) == len(kept)
+        if is_known and all(type(old) is int and 0 <= old < len(numbers) for old in kept.values()):
+            return {new: numbers[old] for new, old in kept.items()}
+        known = files.followed(self._state.source, source, exactly=True).literals
+        return {new: numbers[old] for old, new in known.items() if old < len(numbers)}
 
     def _name(self, source: files.SourceText, literal: files.Literal, taken: Collection[str]) -> str:
         """A name for a new number: where it appeared in which text, so that no other number ever has it."""

@@ -47,7 +47,15 @@ def run() -> None:
         rospy.logerr('%s (the last script that ran stays in force)', error)
 
     script = LiveScript(
-        path, node.add_location, node.remove_location, take, report, settings, memory.recall, memory.keep
+        path,
+        node.add_location,
+        node.remove_location,
+        take,
+        report,
+        settings,
+        memory.recall,
+        memory.keep,
+        node.numbers_of_rows,
     )
     files.FileWatch(path, script.reload)
     script.reload()  # what was saved before the watch began

@@ -2,10 +2,12 @@
 
 import argparse
 import math
+import signal
 import sys
 import time
 from typing import TYPE_CHECKING
 
+from rosslt import node
 from rosslt.cli import bags, learned
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master, full_name
@@ -52,14 +54,16 @@ def run(options: argparse.Namespace) -> None:
         raise Misused(f'--seconds must be finite and above 0, and --most at least {LEAST}')
     begin = time.monotonic()
     master = find_master()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: what was begun is cleared away
     try:
         process = models.live_process(master, full_name(options.node))
         if options.bag:
             with bags.opened(options.bag):
                 recording = models.recorded(process, options.bag)
         else:
-            start_node()
+            start_node(disable_signals=True)
             recording = models.record(process, options.seconds)
+            node.leave()  # what comes now is not of the live graph, and may take long
         tree = master.getParam('/')
         answers = models.learn_node(process, tree, recording, options.most, options.parameters, _say)
     except (models.NotBuilt, models.NotCopied, models.NotLearned, models.TwinFailed) as error:

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -12,7 +12,15 @@ from rosslt import files, values
 from rosslt.messages import Message, Scalar
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.locations.directory import Directory, Place
-from rosslt.node.locations.row_journal import ADD, LaunchedRow, RowRecord, keep_row_record, last_request_of, origins_of
+from rosslt.node.locations.row_journal import (
+    ADD,
+    LaunchedRow,
+    RowRecord,
+    keep_row_record,
+    last_request_of,
+    origins_of,
+    write_rows,
+)
 from rosslt.node.locations.row_locks import check_locks, list_of
 from rosslt.node.locations.saving import edits_of, list_edits, stale_in, untaken_in, why_not_written
 
@@ -117,7 +125,7 @@ class RowEdit(NamedTuple):
         Raises:
             FileError: the file was edited meanwhile, or cannot be written.
         """
-        files.write(self.edits)
+        write_rows(self.node, self.edits, self.record.numbers)
         if self.origins:
             rosgraph.Master(rospy.get_name()).setParam(files.ORIGINS, json.dumps(self.origins))
         keep_row_record(self.node, self.record)
@@ -144,6 +152,8 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
     origins: Dict[str, Any] = {}
     gone: Dict[str, Any] = {}
     launched = None
+    numbers: Sequence[Optional[int]] = ()
+    in_script = is_in_script(place)
     if _is_in_parameter_file(place):
         before = origins_of(rosgraph.Master(rospy.get_name()))
         content, edits, launched = _in_parameter_file(place, row, operation, before)
@@ -156,10 +166,11 @@ def row_edit(place: Place, row: Sequence[Place], operation: str, timeout: float)
             row = [one for one in listed.get(place.node, row) if list_of(one.location) == list_of(place.location)]
         content, ((line, column),) = _text_of([place], row, timeout)
         file = place.location.file
-        edits = files.python_row_edits(file, content, line, column, operation)
+        edits, made = files.python_row_edits(file, content, line, column, operation)
+        numbers = made if in_script else ()
         line = place.location.line
     back = files.taking_back(edits, files.digest_of(files.replaced(content, edits)))
-    done = RowRecord(place.name, operation, f'{file}:{line}', is_in_script(place), after, back, launched, gone)
+    done = RowRecord(place.name, operation, f'{file}:{line}', in_script, after, back, launched, gone, numbers)
     return RowEdit(place.node, edits, done, origins)
 
 
@@ -274,6 +285,8 @@ def row_additions(
     after = last_request_of(place.node, timeout)
     origins: Dict[str, Any] = {}
     launched = None
+    numbers: Sequence[Optional[int]] = ()
+    in_script = is_in_script(place)
     file, line = place.location.file, place.location.line
     if all(map(_is_in_parameter_file, places)):
         before = origins_of(rosgraph.Master(rospy.get_name()))
@@ -282,9 +295,10 @@ def row_additions(
         file, line = launched.file, content[: edits[0].start].count(b'\n') if edits else 0
     else:
         content, stands = _text_of(places, places, timeout)
-        edits = files.python_row_additions(file, content, stands, added, behind)
+        edits, made = files.python_row_additions(file, content, stands, added, behind)
+        numbers = made if in_script else ()
     back = files.taking_back(edits, files.digest_of(files.replaced(content, edits)))
-    done = RowRecord(place.name, ADD, f'{file}:{line}', is_in_script(place), after, back, launched, {})
+    done = RowRecord(place.name, ADD, f'{file}:{line}', in_script, after, back, launched, {}, numbers)
     return RowEdit(place.node, edits, done, origins)
 
 

@@ -3,7 +3,7 @@
 import contextlib
 import json
 import os
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, cast
 
 import rosgraph
 import rospy
@@ -12,11 +12,15 @@ from rosslt import files, msg, srv
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.change.last_change import histories, last_change, to_take_back
 from rosslt.node.locations.row_locks import check_locks
+from rosslt.node.no_master import NO_MASTER
 from rosslt.node.parameters.mirror import RECORDS, read_record
 from rosslt.node.service_calls import ask_all
 
 #: The parameter in the namespace of records that keeps what was done with rows, the latest last.
 _ROWS = '_rows'
+
+#: The parameter beside it that tells the node of a live script which numbers are which once rows of it were edited.
+_NUMBERS = '_numbers'
 
 #: What was done if rows were added, beside `files.OPERATIONS`.
 ADD = 'add'
@@ -89,6 +93,7 @@ class RowRecord(NamedTuple):
         edits: take it back.
         launched: the row, if it stands in a file that `rosslt launch` has read; else None.
         gone: {full name of a parameter in a deleted row: where it was given}.
+        numbers: as of `files.RowEdits`; none if that is no live script.
     """
 
     name: str
@@ -99,6 +104,42 @@ class RowRecord(NamedTuple):
     edits: List[files.Edit]
     launched: Optional[LaunchedRow]
     gone: _Origins
+    numbers: Sequence[Optional[int]] = ()
+
+
+def write_rows(node: str, edits: Sequence[files.Edit], numbers: Sequence[Optional[int]]) -> None:
+    """Write edits of rows. The node of a live script is told before it reads the file which numbers are which: of equal
+    rows, the text does not say.
+
+    Args:
+        node: its full name.
+        edits: of one file.
+        numbers: as of `files.RowEdits`; none if that is no live script.
+
+    Raises:
+        FileError: the file was edited meanwhile, or cannot be written.
+    """
+    if numbers and edits:
+        content = files.read_bytes(edits[0].file)
+        after = files.digest_of(files.replaced(content, edits))
+        master = rosgraph.Master(rospy.get_name())
+        master.setParam(f'{node}/{RECORDS}/{_NUMBERS}', json.dumps([edits[0].digest, after, list(numbers)]))
+    files.write(edits)
+
+
+def numbers_of_rows(before: str, after: str) -> Sequence[Optional[int]]:
+    """Return which numbers of the live script of this node are which since rows of it were edited, as `files.RowEdits`
+    has them; none if that is not known.
+
+    Args:
+        before, after: the digests of the text before, and of the one that is there now.
+    """
+    try:
+        kept = read_record(rospy.get_param(f'~{RECORDS}/{_NUMBERS}', ''))
+    except NO_MASTER:
+        return ()
+    is_known = len(kept) == 3 and kept[:2] == [before, after] and isinstance(kept[2], list)
+    return cast(Sequence[Optional[int]], kept[2]) if is_known else ()
 
 
 def origins_of(master: rosgraph.Master) -> Any:
@@ -158,11 +199,17 @@ def take_row_back(node: str, record: RowRecord, timeout: float) -> None:
     """
     check_locks(node, record.name, timeout)
     file = record.edits[0].file
-    if files.digest_of(files.read_bytes(file)) != record.edits[0].digest:
+    content = files.read_bytes(file)
+    if files.digest_of(content) != record.edits[0].digest:
         verb = 'teach' if record.operation == ADD else f'row {record.operation}'
         reason = f'it was edited since `rosslt {verb} {record.name}`; take that edit back, and try again'
         raise files.FileError(file, None, None, reason)
-    files.write(record.edits)
+    numbers: List[Optional[int]] = []
+    if record.numbers:
+        count = len(files.SourceText(file, files.replaced(content, record.edits)).numbers)
+        now = {before: index for index, before in enumerate(record.numbers) if before is not None}
+        numbers = [now.get(index) for index in range(count)]
+    write_rows(node, record.edits, numbers)
     launched = record.launched
     if launched is not None:
         master = rosgraph.Master(rospy.get_name())
