@@ -175,7 +175,7 @@ def _why_nothing(kept: 'Kept', received: Heard, field: str) -> str:
 
 
 def of_silent(text: str) -> str:
-    """What was learned of a topic that nobody sends, as the end of a sentence; '' if nothing was, or if its node runs.
+    """What was learned of a topic that nobody sends, as the end of a sentence; '' if nothing was, or if its nodes run.
 
     Args:
         text: TOPIC/FIELD.
@@ -184,17 +184,20 @@ def of_silent(text: str) -> str:
         return ''
     from rosslt import models
 
-    master, full = find_master(), full_field(text)
+    master, full, learned = find_master(), full_field(text), {}
     for path in models.kept_files(folder()):
         try:
             kept = models.read_kept(path)
         except models.BadFile:
             continue  # it is named when its node is asked for
         topics = {number.topic for answer in kept.answers for number in answer.outputs}
-        if messages.topic_in(full, topics) and problem_of(master, kept.version.node):
-            age = age_text(max(0.0, time.time() - kept.when))
-            return f'; what {kept.version.node} sends on it was learned {age} ago; the node does not run'
-    return ''
+        node = kept.version.node
+        if messages.topic_in(full, topics) and problem_of(master, node):
+            learned[node] = max(kept.when, learned.get(node, kept.when))
+    return ''.join(
+        f'; what {node} sends on it was learned {age_text(max(0.0, time.time() - when))} ago; the node does not run'
+        for node, when in sorted(learned.items())
+    )
 
 
 def age_text(seconds: float) -> str:
