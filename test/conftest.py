@@ -54,7 +54,8 @@ def master_of_the_folder(request):
 def ask_for_parameters_anew(patch):
     """Have rospy ask the master that is reached now: it goes on asking the one that it has read a parameter of first."""
     if 'rospy.client' in sys.modules:
-        patch.setattr(sys.modules['rospy.client'], '_param_server', None)
+        for name in ('_param_server', '_master_proxy'):
+            patch.setattr(sys.modules['rospy.client'], name, None)
 
 
 @pytest.hookimpl(trylast=True)

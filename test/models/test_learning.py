@@ -199,6 +199,25 @@ def test_a_parameter_moves_what_is_sent(program, talker):
     assert float(rows[1][6]) >= 0.39
 
 
+@pytest.mark.slow
+def test_an_output_that_comes_no_more_is_named(master, tmp_path):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('twice')
+    version, out = (rospy.Publisher(name, Float64, queue_size=5, latch=name == 'version') for name in ('version', 'out'))
+    version.publish(3.0)
+    rospy.Subscriber('in', Float64, lambda message: out.publish(2 * message.data))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER), running(
+        '/twice', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/twice')
+    assert [line.split('\t')[:3] for line in found.stdout.splitlines()] == [['/out/data', '/in/data', 'smooth']]
+    assert 'nothing is learned of what came no more meanwhile, on /version\n' in found.stderr
+
+
 def kept_files():
     return list(Path(rospkg.get_ros_home(), 'rosslt', 'learned').glob('opaque-*.json'))
 

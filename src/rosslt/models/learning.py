@@ -9,7 +9,7 @@ import io
 import math
 import time
 from collections import Counter
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 
 import genpy
 import numpy as np
@@ -128,6 +128,8 @@ def learn_node(
         at = np.array([value for _, value in begin])
         late = hand.settle(at)
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
+        if hand.silent:
+            say(f'nothing is learned of what came no more meanwhile, on {", ".join(sorted(hand.silent))}')
         found = []
         if begin:
             learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION, confirms=True)
@@ -236,6 +238,8 @@ class _Hand:
         numbers: the inputs that change.
         outputs: what is read, once it has settled.
         seconds: how long a change takes until it stays.
+        silent: the topics of things that the node has sent while it was listened to, and its twin did not send once
+            its inputs were held.
     """
 
     def __init__(self, twin: Twin, recording: Recording, numbers: Sequence[Number]) -> None:
@@ -244,6 +248,7 @@ class _Hand:
         self._periods = {key: recording.period(key) for key in self._things}
         self.outputs: List[Number] = []
         self.seconds = 0.0
+        self.silent: Set[str] = set()
         self._began = 0.0  # the time in the stamps of what is held
         self._is_stamped = False  # whether all outputs have these stamps, or later ones
         self._sent: Counter = Counter()  # how many messages, by input
@@ -255,15 +260,21 @@ class _Hand:
         hold = 0.25
         while True:
             before = self._last(self._hold(at, hold))
+            missing = self._last(self._recording.outputs).keys() - before.keys()
             self.outputs = [number for number, _ in numbers_in(before)]
             random = np.random.RandomState(1)
             moved = at + _sizes(at) * random.uniform(0.2, 1.0, len(at))
             answers = self._hold(moved, hold)
             late, stays = self._times(before, answers)
             # What comes every now and then may come once more.
-            gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
+            times = Counter(topic for _, topic, _ in answers)
+            gap = max([self._gap(topic, answers) for topic in times], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
-            if self.outputs and self.seconds <= 0.75 * hold:
+            # How often an output comes is not known by one message, if that is not the answer to the only one of an input.
+            is_short = missing or 1 in times.values() and min(self._periods.values(), default=hold) < hold
+            is_longest = 2 * hold > min(self._recording.seconds, LONGEST)
+            if self.outputs and (is_longest or not is_short) and self.seconds <= 0.75 * hold:
+                self.silent = {topic for topic, _ in missing}
                 self._came.update(topic for _, topic, _ in self._twin.play([], self.seconds))
                 self._answers = {
                     output: next((one for one, sent in self._sent.items() if sent == came), '')
