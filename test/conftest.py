@@ -35,7 +35,8 @@ def pytest_configure(config):
 @pytest.fixture
 def master(tmp_path):
     """A ROS master for a test that needs one to itself. Folders whose tests share one have a fixture of that name."""
-    with masters.reached_master(tmp_path) as started:
+    with masters.reached_master(tmp_path) as started, pytest.MonkeyPatch.context() as patch:
+        ask_for_parameters_anew(patch)
         yield started
 
 
@@ -46,10 +47,15 @@ def master_of_the_folder(request):
     with pytest.MonkeyPatch.context() as patch:
         if uri is not None:
             patch.setenv('ROS_MASTER_URI', uri)
-        if 'rospy.client' in sys.modules:
-            # rospy would go on asking the master of the folder that has read a parameter first
-            patch.setattr(sys.modules['rospy.client'], '_param_server', None)
+        ask_for_parameters_anew(patch)
         yield
+
+
+def ask_for_parameters_anew(patch):
+    """Have rospy ask the master that is reached now: it goes on asking the one that it has read a parameter of first."""
+    if 'rospy.client' in sys.modules:
+        for name in ('_param_server', '_master_proxy'):
+            patch.setattr(sys.modules['rospy.client'], name, None)
 
 
 @pytest.hookimpl(trylast=True)

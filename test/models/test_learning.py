@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,12 +11,13 @@ from pathlib import Path
 
 import pytest
 import rosgraph
+import rospkg
 import rospy
 from std_srvs.srv import Empty
 
 from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
 from support.processes import forget_plain_node, wait_until
-from support.shell import record_bag, rosslt
+from support.shell import failure, lines, on_terminal, record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
@@ -62,6 +64,14 @@ while not rospy.is_shutdown():
     publisher.publish(state)
     rate.sleep()
 """
+
+
+@pytest.fixture(scope='module', autouse=True)
+def kept_apart(tmp_path_factory):
+    """What is learned is kept in a folder of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_HOME', str(tmp_path_factory.mktemp('ros_home')))
+        yield
 
 
 @pytest.fixture(scope='module')
@@ -190,6 +200,94 @@ def test_a_parameter_moves_what_is_sent(program, talker):
 
 
 @pytest.mark.slow
+def test_an_output_that_comes_no_more_is_named(master, tmp_path):
+    code = """
+    import rospy
+    from std_msgs.msg import Float64
+    rospy.init_node('twice')
+    version, out = (rospy.Publisher(name, Float64, queue_size=5, latch=name == 'version') for name in ('version', 'out'))
+    version.publish(3.0)
+    rospy.Subscriber('in', Float64, lambda message: out.publish(2 * message.data))
+    rospy.spin()
+    """
+    with running('/talker', sys.executable, '-c', TALKER), running(
+        '/twice', sys.executable, '-c', textwrap.dedent(code)
+    ):
+        found = rosslt('learn', '/twice')
+    assert [line.split('\t')[:3] for line in found.stdout.splitlines()] == [['/out/data', '/in/data', 'smooth']]
+    assert 'nothing is learned of what came no more meanwhile, on /version\n' in found.stderr
+
+
+def kept_files():
+    return list(Path(rospkg.get_ros_home(), 'rosslt', 'learned').glob('opaque-*.json'))
+
+
+@pytest.mark.slow
+def test_explain_has_what_was_learned_until_it_is_stale(program, master, tmp_path):
+    for file in kept_files():
+        file.unlink()
+    (tmp_path / 'talker.py').write_text(TALKER, encoding='utf-8')
+    plain = 'rosslt explain: nothing in it has a source, as /opaque sends it; `rosslt doctor /out/data` says why; '
+    with running('/talker', 'rosslt', 'run', str(tmp_path / 'talker.py')):
+        with running('/opaque', program, '_kind:=gain', '_gain:=4.0'):
+            wait_until(lambda: 'as /opaque sends it' in rosslt('explain', '/out/data').stderr, '/opaque sends')
+            assert failure('explain', '/out/data') == plain + '`rosslt learn /opaque` can find out what moves it'
+            assert rosslt('learn', '/opaque').returncode == 0
+            (file,) = kept_files()
+
+            first, *rest = lines('explain', '/out/data')
+            assert (first[0], *first[2:5]) == ('data', 'learned', '/in/data', 'smooth')
+            assert float(first[5]) == pytest.approx(4.0, rel=1e-9)
+            # and where the input comes from, which its node knows
+            assert {row[0] for row in rest} == {'/in/data'}
+            assert {'0.5', '0.2'} <= {row[4] for row in rest if row[3].startswith('/talker/')}
+            printed = on_terminal('explain', '/out/data')
+            assert ' ago: moves with /in/data, 4 +- ' in printed
+            assert '\n/in data = ' in printed
+
+            rospy.set_param('/opaque/gain', 5.0)
+            stale = failure('explain', '/out/data')
+            assert stale.startswith(plain + 'learned ')
+            assert stale.endswith(
+                ' ago, stale: it has another value of the parameter /opaque/gain; `rosslt learn /opaque` learns it anew'
+            )
+            rospy.set_param('/opaque/gain', 4.0)
+            assert lines('explain', '/out')[0][:1] == ['data']
+
+            content = file.read_text(encoding='utf-8')
+            file.write_text(content.replace('"smooth"', '"sure"'), encoding='utf-8')
+            assert failure('explain', '/out/data').startswith(f'rosslt explain: {file} is not what `rosslt learn` has ')
+            file.write_text(content, encoding='utf-8')
+        gone = failure('explain', '/out/data')
+        assert 'what /opaque sends on it was learned ' in gone
+        assert gone.endswith(' ago; the node does not run')
+
+
+@pytest.mark.slow
+def test_explain_has_no_slope_of_what_stops_at_a_limit(program, master):
+    with running('/talker', sys.executable, '-c', TALKER.replace('0.5 + 0.2', '1.0 + 0.0')), running(
+        '/opaque', program, '_kind:=saturation'
+    ):
+        assert rosslt('learn', '/opaque').returncode == 0
+        ((*_, kind, slope, _, _),) = lines('explain', '/out/data')
+        assert (kind, slope) == ('saturated', 'nan')
+        assert on_terminal('explain', '/out/data').endswith(' ago: moves with /in/data, saturated\n')
+
+
+@pytest.mark.slow
+def test_another_program_of_a_node_makes_what_was_learned_stale(program, talker, tmp_path):
+    copied = str(tmp_path / 'copied')
+    shutil.copy(program, copied)
+    with running('/opaque', copied, '_kind:=gain'):
+        assert rosslt('learn', '/opaque').returncode == 0
+        assert lines('explain', '/out/data')
+    with open(copied, 'ab') as built_anew:
+        built_anew.write(b'0')
+    with running('/opaque', copied, '_kind:=gain'):
+        assert f" ago, stale: '{copied}' has changed since; `rosslt learn " in failure('explain', '/out/data')
+
+
+@pytest.mark.slow
 def test_what_was_recorded_in_a_bag_is_played(program, talker, tmp_path):
     file = str(tmp_path / 'run.bag')
     with running('/opaque', program, '_kind:=gain'):
@@ -230,6 +328,9 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
         '/robot_state_publisher', STATE_PUBLISHER, '__name:=robot_state_publisher'
     ):
         found = rosslt('learn', '/robot_state_publisher')
+        explained = lines('explain', '/tf/transforms[0]/transform/rotation')
+        rospy.set_param('/robot_description', ARM.replace('0 0 1', '1 0 0'))  # which it has asked for
+        stale = failure('explain', '/tf/transforms[0]/transform/rotation/z')
     rows = {tuple(line.split('\t')[:2]): line.split('\t') for line in found.stdout.splitlines()}
     expected = {
         # in the order of their names
@@ -243,6 +344,10 @@ def test_the_angles_of_a_robot_state_publisher_turn_its_frames(master):
     assert rows.keys() == expected.keys(), found.stderr
     for names, slope in expected.items():
         assert float(rows[names][3]) == pytest.approx(slope, rel=1e-3)
+    assert {(row[0], row[2], row[3]) for row in explained} == {
+        ('transforms[0].transform.rotation.' + axis, 'learned', '/joint_states/position[1]') for axis in 'yw'
+    }
+    assert 'stale: it has another value of the parameter /robot_description; ' in stale
 
 
 @pytest.mark.slow

@@ -143,6 +143,7 @@ def test_name_remappings_and_parameters_are_the_live_nodes(master, isolate, tmp_
                 return [data[4:].decode() for _, _, data in twin.play([(0.0, '/x', serialized(Float64()))], until=1.0)]
 
             assert said() == ['/other 2 a']
+            assert {'/other/gain', '/shared', '/use_sim_time'} <= set(twin.asked_parameters())
             twin.set_parameter('/shared', 'b')
             assert said() == ['/other 2 b']
             twin.restart()

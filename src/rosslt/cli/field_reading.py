@@ -30,6 +30,10 @@ ARGUMENTS = [
 """The arguments of verbs that look at a field."""
 
 
+class NothingTracked(Failure):
+    """No value in a field has a source."""
+
+
 class Reading(NamedTuple):
     """A field as messages have it.
 
@@ -47,7 +51,8 @@ class Reading(NamedTuple):
         """The values with sources in the field: (message, path, value).
 
         Raises:
-            Failure: there is none, or no such field.
+            NothingTracked: there is none.
+            Failure: there is no such field.
         """
         found = False
         for each in self.heard:
@@ -58,7 +63,7 @@ class Reading(NamedTuple):
         if not found:
             names = ' and '.join(each.publisher or each.topic for each in self.heard)
             part = '/'.join(filter(None, (self.heard[0].topic, '' if self.title else self.field)))
-            raise Failure(f'nothing in it has a source, as {names} sends it; `rosslt doctor {part}` says why')
+            raise NothingTracked(f'nothing in it has a source, as {names} sends it; `rosslt doctor {part}` says why')
 
 
 def read_field(options: argparse.Namespace, directory: Directory) -> Reading:

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Set, Tuple
 
 import rosgraph
+import rosgraph.names
 import rosmaster.master
 import rospy
 
@@ -41,6 +42,9 @@ _NOT_COPIED = ('__master:=', '__ip:=', '__hostname:=', '__log:=')
 
 #: A private parameter: the master has it, as it may have been changed since.
 _PARAMETER = re.compile('_[^_].*:=')
+
+#: The methods of a master that tell a node of a parameter, which is their last argument.
+_ASKS = ('getParam', 'hasParam', 'subscribeParam')
 
 # from the headers of Linux
 _SIOCGIFFLAGS, _SIOCSIFFLAGS, _IFF_UP = 0x8913, 0x8914, 1
@@ -106,6 +110,9 @@ class Laboratory:
         self._gone.register(0, 0)  # a hang-up alone
         master = rosmaster.master.Master(0)
         master.start()
+        self.asked: Set[str] = set()
+        for method in _ASKS:
+            setattr(master.handler, method, self._noting(getattr(master.handler, method)))
         os.environ['ROS_MASTER_URI'] = master.uri
         rospy.init_node(_NAME[1:], argv=[], disable_rosout=True, disable_signals=True)
         self.master = rosgraph.Master(_NAME, master_uri=master.uri)
@@ -143,6 +150,16 @@ class Laboratory:
                 stderr=output,
                 start_new_session=True,
             )
+
+    def _noting(self, ask: Callable[..., Any]) -> Callable[..., Any]:
+        """A method of the master that notes which parameters the copy asks for."""
+
+        def noted(caller: str, *arguments: str) -> Any:
+            if caller == self._process.node:
+                self.asked.add(rosgraph.names.resolve_name(arguments[-1], caller))
+            return ask(caller, *arguments)
+
+        return noted
 
     def _receive(self, message: Any, topic: str) -> None:
         if message._connection_header['callerid'] == self._process.node:
@@ -228,12 +245,16 @@ def serve(directory: str, answer: Callable[[Tuple[str, Any]], None]) -> None:
         answer((str(failure), None))
         return
     answer(('', None))
+    requests_of: Dict[str, Callable[..., Any]] = {
+        'play': laboratory.play,
+        'set': laboratory.master.setParam,
+        'asked': lambda: sorted(laboratory.asked),
+    }
     try:
         while True:
             name, *arguments = pickle.load(requests)
             try:
-                done = laboratory.play(*arguments) if name == 'play' else laboratory.master.setParam(*arguments)
-                answer(('', done))
+                answer(('', requests_of[name](*arguments)))
             except Failed as failure:
                 answer((str(failure), None))
     finally:

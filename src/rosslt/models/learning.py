@@ -9,7 +9,7 @@ import io
 import math
 import time
 from collections import Counter
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Sequence, Set, Tuple
 
 import genpy
 import numpy as np
@@ -63,6 +63,7 @@ class Answer(NamedTuple):
         settled: the same to the message from which on it stays.
         learned: which output depends on which input.
         is_isolated: whether the twin had a network of its own.
+        asked: the full names of the parameters that the twin has asked for.
     """
 
     inputs: Sequence[Number]
@@ -72,6 +73,7 @@ class Answer(NamedTuple):
     settled: float
     learned: Learned
     is_isolated: bool
+    asked: Sequence[str]
 
 
 def learn_node(
@@ -126,17 +128,19 @@ def learn_node(
         at = np.array([value for _, value in begin])
         late = hand.settle(at)
         say(f'a change shows after {late:.3f} s, and stays after {hand.seconds:.3f} s')
+        if hand.silent:
+            say(f'nothing is learned of what came no more meanwhile, on {", ".join(sorted(hand.silent))}')
         found = []
         if begin:
             learned = learn(hand.ask, at, _sizes(at), most=most, resolution=RESOLUTION, confirms=True)
-            found.append(Answer(hand.numbers, hand.outputs, at.tolist(), late, hand.seconds, learned, twin.is_isolated))
+            found.append(hand.answer(hand.numbers, at.tolist(), late, learned))
         if own:
             numbers, present = [number for number, _ in own], np.array([float(value) for _, value in own])
             whole = np.array([type(value) is int for _, value in own])
             sizes = np.where(whole, np.maximum(1.0, np.round(_sizes(present))), _sizes(present))
             ask = hand.asker_of_parameters(numbers, whole, at)
             learned = learn(ask, present, sizes, whole=whole, most=most, resolution=RESOLUTION)
-            found.append(Answer(numbers, hand.outputs, present.tolist(), late, hand.seconds, learned, twin.is_isolated))
+            found.append(hand.answer(numbers, present.tolist(), late, learned))
         return found
 
 
@@ -234,6 +238,8 @@ class _Hand:
         numbers: the inputs that change.
         outputs: what is read, once it has settled.
         seconds: how long a change takes until it stays.
+        silent: the topics of things that the node has sent while it was listened to, and its twin did not send once
+            its inputs were held.
     """
 
     def __init__(self, twin: Twin, recording: Recording, numbers: Sequence[Number]) -> None:
@@ -242,6 +248,7 @@ class _Hand:
         self._periods = {key: recording.period(key) for key in self._things}
         self.outputs: List[Number] = []
         self.seconds = 0.0
+        self.silent: Set[str] = set()
         self._began = 0.0  # the time in the stamps of what is held
         self._is_stamped = False  # whether all outputs have these stamps, or later ones
         self._sent: Counter = Counter()  # how many messages, by input
@@ -253,15 +260,21 @@ class _Hand:
         hold = 0.25
         while True:
             before = self._last(self._hold(at, hold))
+            missing = self._last(self._recording.outputs).keys() - before.keys()
             self.outputs = [number for number, _ in numbers_in(before)]
             random = np.random.RandomState(1)
             moved = at + _sizes(at) * random.uniform(0.2, 1.0, len(at))
             answers = self._hold(moved, hold)
             late, stays = self._times(before, answers)
             # What comes every now and then may come once more.
-            gap = max([self._gap(topic, answers) for topic in {topic for _, topic, _ in answers}], default=0.0)
+            times = Counter(topic for _, topic, _ in answers)
+            gap = max([self._gap(topic, answers) for topic in times], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
-            if self.outputs and self.seconds <= 0.75 * hold:
+            # How often an output comes is not known by one message, if that is not the answer to the only one of an input.
+            is_short = missing or 1 in times.values() and min(self._periods.values(), default=hold) < hold
+            is_longest = 2 * hold > min(self._recording.seconds, LONGEST)
+            if self.outputs and (is_longest or not is_short) and self.seconds <= 0.75 * hold:
+                self.silent = {topic for topic, _ in missing}
                 self._came.update(topic for _, topic, _ in self._twin.play([], self.seconds))
                 self._answers = {
                     output: next((one for one, sent in self._sent.items() if sent == came), '')
@@ -278,6 +291,11 @@ class _Hand:
     def ask(self, rows: Array) -> Array:
         """The outputs (k, m) at inputs (k, n); NaN if an output has not come."""
         return np.array([self._answer(wanted) for wanted in rows]).reshape(len(rows), len(self.outputs))
+
+    def answer(self, inputs: Sequence[Number], at: Sequence[float], late: float, learned: Learned) -> Answer:
+        """What was learned, with all that is known of the twin."""
+        twin = self._twin
+        return Answer(inputs, self.outputs, at, late, self.seconds, learned, twin.is_isolated, twin.asked_parameters())
 
     def _answer(self, wanted: Array) -> Array:
         """The outputs at some inputs. On a busy machine, a message may be late, and be the answer to other inputs. Its

@@ -97,6 +97,11 @@ class Twin:
         self._changed[name] = value
         self._ask(('set', name, value))
 
+    def asked_parameters(self) -> List[str]:
+        """The full names of the parameters that the copy has asked for since it was started, also of missing ones."""
+        names: List[str] = self._ask(('asked',))
+        return names
+
     def restart(self) -> None:
         """Start the copy anew, with a new master and the parameters that were set.
 

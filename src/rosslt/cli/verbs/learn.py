@@ -8,7 +8,7 @@ import time
 from typing import TYPE_CHECKING
 
 from rosslt import node
-from rosslt.cli import bags
+from rosslt.cli import bags, learned
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.master import find_master, full_name
 from rosslt.cli.output import write_result
@@ -26,6 +26,7 @@ DESCRIPTION = """Find which number that a node sends depends on which number tha
 node, the same program with the same arguments and parameters, runs on this machine under a master of its own, without
 the robot's network and devices if this user may do that. It hears what the node has just heard; if it sends the same,
 its inputs are changed, many at once at first, and what moves is looked into. Nothing is ever tried on the robot.
+What is found is kept for `rosslt explain`.
 
 A node that does not send the same on the same input is refused: it depends on time, on chance, on what it did before,
 or on what it does not hear by topics. So is one that holds a device, a port or a lock."""
@@ -63,11 +64,16 @@ def run(options: argparse.Namespace) -> None:
             start_node(disable_signals=True)
             recording = models.record(process, options.seconds)
             node.leave()  # what comes now is not of the live graph, and may take long
-        answers = models.learn_node(process, master.getParam('/'), recording, options.most, options.parameters, _say)
+        tree = master.getParam('/')
+        answers = models.learn_node(process, tree, recording, options.most, options.parameters, _say)
     except (models.NotBuilt, models.NotCopied, models.NotLearned, models.TwinFailed) as error:
         raise Failure(str(error)) from None
     for answer in answers:
         _show(answer)
+    try:
+        _say('kept for `rosslt explain` in ' + learned.keep(process, tree, answers))
+    except (OSError, models.NotCopied) as error:
+        _say(f'this is not kept: {error}')
     _say(f'{sum(answer.learned.trials for answer in answers)} trials, {time.monotonic() - begin:.1f} s in all')
 
 
@@ -76,20 +82,20 @@ def _say(text: str) -> None:
 
 
 def _show(answer: 'Answer') -> None:
-    learned = answer.learned
-    for one in learned.dependencies:
+    found = answer.learned
+    for one in found.dependencies:
         moved, by = answer.outputs[one.output].name, answer.inputs[one.input].name
         slope = f'{one.slope:.6g} +- {one.uncertainty:.1g}' if math.isfinite(one.slope) else one.kind
         write_result(
             f'{moved}  moves with  {by}  {slope}  from {one.low:+.3g} to {one.high:+.3g}',
             *(moved, by, one.kind, one.slope, one.uncertainty, one.low, one.high),
         )
-    if not learned.dependencies:
+    if not found.dependencies:
         what = 'inputs' if any(number.path for number in answer.inputs) else 'parameters'
         _say(f'nothing that it sends moves with the numbers of its {what}')
-    for number in learned.unrepeatable:
+    for number in found.unrepeatable:
         _say(f'{answer.outputs[number].name} is not the same each time, and nothing is said of it')
-    for number in learned.unanswered:
+    for number in found.unanswered:
         _say(f'no answer came when {answer.inputs[number].name} was changed')
-    for number in learned.untried:
+    for number in found.untried:
         _say(f'{answer.inputs[number].name} was not tried to the end: raise --most')
