@@ -52,7 +52,7 @@ def master_of_the_folder(request):
 
 
 def ask_for_parameters_anew(patch):
-    """Have rospy ask the master that is reached now: it goes on asking the one that it has read a parameter of first."""
+    """Have rospy ask the master that is reached now, instead of the one that it has asked first."""
     if 'rospy.client' in sys.modules:
         for name in ('_param_server', '_master_proxy'):
             patch.setattr(sys.modules['rospy.client'], name, None)

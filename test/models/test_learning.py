@@ -205,7 +205,7 @@ def test_an_output_that_comes_no_more_is_named(master, tmp_path):
     import rospy
     from std_msgs.msg import Float64
     rospy.init_node('twice')
-    version, out = (rospy.Publisher(name, Float64, queue_size=5, latch=name == 'version') for name in ('version', 'out'))
+    version, out = (rospy.Publisher(name, Float64, queue_size=5, latch=True) for name in ('version', 'out'))
     version.publish(3.0)
     rospy.Subscriber('in', Float64, lambda message: out.publish(2 * message.data))
     rospy.spin()

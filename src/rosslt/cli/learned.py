@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from typing import TYPE_CHECKING, Any, List, Mapping, NamedTuple, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import rosgraph
 import rospkg
@@ -184,7 +184,8 @@ def of_silent(text: str) -> str:
         return ''
     from rosslt import models
 
-    master, full, learned = find_master(), full_field(text), {}
+    master, full = find_master(), full_field(text)
+    learned: Dict[str, float] = {}
     for path in models.kept_files(folder()):
         try:
             kept = models.read_kept(path)

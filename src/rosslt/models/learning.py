@@ -270,8 +270,8 @@ class _Hand:
             times = Counter(topic for _, topic, _ in answers)
             gap = max([self._gap(topic, answers) for topic in times], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
-            # How often an output comes is not known by one message, if that is not the answer to the only one of an input.
-            is_short = missing or 1 in times.values() and min(self._periods.values(), default=hold) < hold
+            # One message does not tell how often an output comes, if it is not the answer to the only one of an input.
+            is_short = missing or (1 in times.values() and min(self._periods.values(), default=hold) < hold)
             is_longest = 2 * hold > min(self._recording.seconds, LONGEST)
             if self.outputs and (is_longest or not is_short) and self.seconds <= 0.75 * hold:
                 self.silent = {topic for topic, _ in missing}
