@@ -401,7 +401,8 @@ def test_a_state_that_shows_in_an_order_is_seen(master):
     rospy.Subscriber('in', Float64, lambda message: out.publish(message.data * sign[-1]))
     rospy.spin()
     """
-    talker = TALKER.replace('0.5 + 0.2 * math.sin(0.1 * step)', 'step // 80 % 3 - 1')
+    # Of 5 s, 2 s are compared, each answer with those up to 1.25 s before and after it.
+    talker = TALKER.replace('0.5 + 0.2 * math.sin(0.1 * step)', '(0, 1, 0, -1)[step // 70 % 4]')
     with running('/talker', sys.executable, '-c', talker), running(
         '/mode', sys.executable, '-c', textwrap.dedent(code)
     ):

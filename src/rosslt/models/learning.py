@@ -249,6 +249,12 @@ class _Hand:
         self.outputs: List[Number] = []
         self.seconds = 0.0
         self.silent: Set[str] = set()
+        # How many messages of each thing with numbers its node has sent.
+        self._sent_live: Counter = Counter(
+            (topic, number.thing)
+            for _, topic, serialized in recording.outputs
+            for number, _ in numbers_in(recording.last([(0.0, topic, serialized)]))[:1]
+        )
         self._began = 0.0  # the time in the stamps of what is held
         self._is_stamped = False  # whether all outputs have these stamps, or later ones
         self._sent: Counter = Counter()  # how many messages, by input
@@ -260,18 +266,19 @@ class _Hand:
         hold = 0.25
         while True:
             before = self._last(self._hold(at, hold))
-            missing = self._last(self._recording.outputs).keys() - before.keys()
+            missing = self._sent_live.keys() - before.keys()
             self.outputs = [number for number, _ in numbers_in(before)]
             random = np.random.RandomState(1)
             moved = at + _sizes(at) * random.uniform(0.2, 1.0, len(at))
             answers = self._hold(moved, hold)
-            late, stays = self._times(before, answers)
+            _, stays = self._times(before, answers)
             # What comes every now and then may come once more.
             times = Counter(topic for _, topic, _ in answers)
             gap = max([self._gap(topic, answers) for topic in times], default=0.0)
             self.seconds = stays + gap + max([0.0, *(one for one in self._periods.values() if one < hold)])
             # One message does not tell how often an output comes, if it is not the answer to the only one of an input.
-            is_short = missing or (1 in times.values() and min(self._periods.values(), default=hold) < hold)
+            is_single = 1 in times.values() and min(self._periods.values(), default=hold) < hold
+            is_short = is_single or any(self._sent_live[key] > 1 for key in missing)
             is_longest = 2 * hold > min(self._recording.seconds, LONGEST)
             if self.outputs and (is_longest or not is_short) and self.seconds <= 0.75 * hold:
                 self.silent = {topic for topic, _ in missing}
@@ -282,6 +289,8 @@ class _Hand:
                 }
                 end = self._last(answers)
                 self._is_stamped = {number for number, _ in numbers_in(self._own(end))} >= set(self.outputs)
+                # What came before the way back is known to have stayed.
+                late, _ = self._times(end, self._hold(at, hold))
                 return late
             hold *= 2
             if hold > LONGEST:
