@@ -135,6 +135,19 @@ def test_an_input_of_the_same_stamp_is_waited_for():
     assert forced(found, made.point.x, 1.1) == {A: pytest.approx(0.55)}
 
 
+def test_messages_about_another_thing_are_passed_over():
+    thing = messages.thing_of(stamped(0.0, 1))
+    number = Number('/in', thing, 'point.x')
+    learned = Learned((dependency(0),), (0.0,), (), (), (), 0.05, 10)
+    answer = Answer([number], [number._replace(topic='/out')], [0.5], 0.01, 0.1, learned, True, ())
+    found = Following([answer], '/out', thing, 'point.x', ['point.x'])
+    found.hear('/in', stamped(track(0.5, A), 2), 1.0)
+    other = stamped(1.0, 2)
+    other.header.frame_id = 'odom'
+    assert found.tracked(other, 1.2, True) is None
+    assert found.tracked(stamped(1.0, 2), 1.2, True) is not None
+
+
 def test_an_input_stays_in_the_range_that_was_learned():
     found = following(dependency(0))
     found.hear('/in', Float64(track(0.5, A)), 1.0)

@@ -32,7 +32,7 @@ class Moment(NamedTuple):
     """A message, and the inputs that it was made of.
 
     Attributes:
-        message: as it came.
+        message: as it came, plain.
         inputs: the values of the inputs, tracked if their sender is.
         sent: the messages that they are of.
     """
@@ -139,7 +139,8 @@ class Following:
                 )
         self.ranges = [Range(number, *limits[number]) for number in slopes]
         self.delay = max((answer.settled for answer in answers), default=0.0)
-        self._field, self._paths = field, [path for path in paths if path in moved]
+        self._thing, self._field = thing, field
+        self._paths = [path for path in paths if path in moved]
         sizes = [(one.high - one.low) or 1.0 for one in self.ranges]
         matrix = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self._paths]
         self._model = LocalModel(matrix, sizes)
@@ -171,7 +172,8 @@ class Following:
         return came + self.delay if stamp_of(message) else came
 
     def tracked(self, message: messages.Message, came: float, is_due: bool) -> Optional[messages.Message]:
-        """A message with the provenance that its field has by way of the inputs; None if these were not heard.
+        """A message with the provenance that its field has by way of the inputs; None if these were not heard, or it is
+        about another thing.
 
         They are those with the same stamp; if none has it, the latest ones that the field has followed when it came.
 
@@ -180,6 +182,8 @@ class Following:
             came: when, by the clock of `hear`.
             is_due: whether no input of its own stamp is waited for.
         """
+        if messages.thing_of(message) != self._thing:
+            return None
         stamp, sent = stamp_of(message), {}
         for key, heard in self._heard.items():
             same = [one for _, one in heard if stamp is not None and stamp_of(one) == stamp]
@@ -190,7 +194,7 @@ class Following:
         of_each = [sent[one.number.topic, one.number.thing] for one in self.ranges]
         try:
             inputs = [messages.part_at(one, known.number.path)[0] for one, known in zip(of_each, self.ranges)]
-            moment = Moment(message, inputs, of_each)
+            moment = Moment(values.untracked(message), inputs, of_each)
             made = self._made(moment)
             part = messages.part_at(made, self._field)[0]
         except messages.NoSuchPart:

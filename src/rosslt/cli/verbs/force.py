@@ -97,13 +97,14 @@ def run(options: argparse.Namespace) -> None:
         messages = stack.enter_context(listener(topic, is_exact=True))
         errors = stack.enter_context(node.NodeErrors())
         stream: Union[node.Listener, LinkStream, LearnedStream] = link.stream(messages) if link else messages
-        heard = _heard(master, stream, topic, field, options, options.node)
+        heard = _heard(master, stream, topic, field, options.where, options.timeout, options.node)
         by: Union[Link, Basis, None] = link
         if not (link or any(values.sources(part) for _, _, part in heard.values())):
             by = basis = _basis(master, heard, topic, field, options)
             messages = stack.enter_context(listener(topic, *basis.following.topics, is_exact=True))
             stream = basis.stream(messages)
-            heard = _heard(master, stream, topic, field, options, basis.publisher)
+            timeout = options.timeout + basis.following.delay
+            heard = _heard(master, stream, topic, field, options.where, timeout, basis.publisher)
             if not values.sources(heard[basis.publisher].part):
                 raise Failure(basis.why_no_source())
         parts = {publisher: one.part for publisher, one in heard.items()}
@@ -148,11 +149,12 @@ def _heard(
     stream: Messages,
     topic: str,
     field: str,
-    options: argparse.Namespace,
+    thing: str,
+    timeout: float,
     publisher: Optional[str],
 ) -> Dict[str, _Part]:
-    """The field in a message of each publisher, or of one of them, {publisher: it}."""
-    where = conditions(options.where)
+    """The field in a message of each publisher, or of one of them, {publisher: it}, in a thing as of --where."""
+    where = conditions(thing)
     seen_where: Dict[str, Set[Scalar]] = {name: set() for name in where}
 
     def is_meant(received: Heard) -> bool:
@@ -162,7 +164,7 @@ def _heard(
         return is_there
 
     heard = heard_publishers(
-        master, stream, topic, options.timeout, publisher, is_meant, lambda: meant_where(where, seen_where)
+        master, stream, topic, timeout, publisher, is_meant, lambda: meant_where(where, seen_where)
     )
     paths = [path_where(received.message, field, dict(where)) or '' for received in heard]
     return {
