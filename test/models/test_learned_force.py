@@ -55,13 +55,13 @@ def program(tmp_path_factory):
 
 
 @contextlib.contextmanager
-def learned(program, kind, *arguments, first=0.5, second=2.0):
+def learned(program, kind, *arguments, first=0.5, second=2.0, seconds=2):
     """A node of a kind, which was learned while a tracked talker sends what it hears."""
     with Node('talker', TALKER.format(first=first, second=second)), running(
         '/opaque', program, f'_kind:={kind}', *arguments
     ):
         wait_until(lambda: len(rosslt('list', '/talker').stdout.splitlines()) == 2, 'all locations are there')
-        found = rosslt('learn', '/opaque')
+        found = rosslt('learn', '/opaque', f'--seconds={seconds}')
         assert found.returncode == 0, found.stderr
         yield
 
@@ -166,7 +166,7 @@ def test_a_curve_is_reached_in_three_rounds(program, master):
 
 @pytest.mark.parametrize(('kind', 'start', 'wanted'), [('low_pass', 0.5, 0.52), ('delay', 1.25, 1.3)])
 def test_what_follows_slowly_or_late_is_waited_for(program, master, kind, start, wanted):
-    with learned(program, kind):
+    with learned(program, kind, seconds=5):  # the low-pass filter forgets slowly
         wait_until(lambda: sent() == pytest.approx(start, rel=1e-9), 'it stays')
         (row,), _ = forced('/out/data', str(wanted))
         assert row[0] == '/talker/first'
