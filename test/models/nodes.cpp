@@ -1,4 +1,5 @@
-// Nodes that nobody tracks. The private parameter `kind` says what one computes from `in`, and from `other`.
+// Nodes that nobody tracks. The private parameter `kind` says what one computes from `in`, and from `other`;
+// `set_gain` changes the gain meanwhile.
 #include <deque>
 #include <random>
 #include <string>
@@ -15,7 +16,7 @@ int main(int argc, char** argv)
   ros::param::param<std::string>("~kind", kind, "gain");
   ros::param::param("~gain", gain, 2.5);
   ros::Publisher out = node.advertise<std_msgs::Float64>("out", 10);
-  double low_pass = 0.0, sum = 0.0;
+  double low_pass = 0.0, sum = 0.0, last_other = 0.0;
   std::deque<std::pair<ros::WallTime, double>> waiting;
   std::mt19937 random(std::random_device{}());
 
@@ -29,6 +30,8 @@ int main(int argc, char** argv)
   {
     const double value = message->data;
     if (kind == "gain") send(gain * value + 1.0);
+    if (kind == "square") send(value * value);
+    if (kind == "two") send(gain * value + 3.0 * last_other);
     if (kind == "low_pass") send(low_pass += 0.2 * (value - low_pass));
     if (kind == "saturation") send(std::min(1.0, value));
     if (kind == "random") send(value + std::uniform_real_distribution<double>(-1.0, 1.0)(random));
@@ -37,7 +40,14 @@ int main(int argc, char** argv)
     if (kind == "delay") waiting.emplace_back(ros::WallTime::now() + ros::WallDuration(0.2), gain * value);
   };
   const boost::function<void(const std_msgs::Float64::ConstPtr&)> take_other =
-      [&](const std_msgs::Float64::ConstPtr& message) { if (kind == "other") send(gain * message->data); };
+      [&](const std_msgs::Float64::ConstPtr& message)
+  {
+    last_other = message->data;
+    if (kind == "other") send(gain * last_other);
+  };
+  const boost::function<void(const std_msgs::Float64::ConstPtr&)> take_gain =
+      [&](const std_msgs::Float64::ConstPtr& message) { gain = message->data; };
+  const ros::Subscriber set_gain = node.subscribe<std_msgs::Float64>("set_gain", 10, take_gain);
   const ros::Subscriber in = node.subscribe<std_msgs::Float64>("in", 10, take);
   const ros::Subscriber other = node.subscribe<std_msgs::Float64>("other", 10, take_other);
   const ros::WallTimer timer = node.createWallTimer(ros::WallDuration(0.002), [&](const ros::WallTimerEvent&)

@@ -273,10 +273,13 @@ def test_a_node_that_has_ended_has_no_version():
 def test_where_nothing_was_learned_nothing_is_loaded_for_it(tmp_path):
     code = """
         import sys
-        from rosslt.cli import learned
-        from rosslt.cli.verbs import explain
-        assert learned.known_of(None, None, '') is None
+        from rosslt import node
+        from rosslt.cli import learned, learned_forcing
+        from rosslt.cli.verbs import explain, force
+        received = node.Heard('/out', '/opaque', '', None)
+        assert learned.known_of(None, received, '') is None
         assert learned.of_silent('/out') == ''
+        assert learned_forcing.basis_of(None, [received], {'/opaque': 'data'}, None) == (None, [])
         assert 'rosslt.models' not in sys.modules
         """
     command = [sys.executable, '-c', textwrap.dedent(code)]

@@ -1,6 +1,5 @@
 """`rosslt learn`: what C++ nodes do that nobody tracks, found on copies of them."""
 
-import contextlib
 import math
 import shutil
 import signal
@@ -16,17 +15,14 @@ import rospy
 from std_srvs.srv import Empty
 
 from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
-from support.processes import forget_plain_node, wait_until
+from support import opaque_nodes
+from support.opaque_nodes import ARM, STATE_PUBLISHER, running
+from support.processes import wait_until
 from support.shell import failure, lines, on_terminal, record_bag, rosslt
 
 pytestmark = pytest.mark.rostest
 
-CODE = Path(__file__).with_name('nodes.cpp')
-STATE_PUBLISHER = '/usr/lib/robot_state_publisher/robot_state_publisher'
 ANGLES = [0.3, -0.7]
-ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
-<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/></joint>
-<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/></joint></robot>"""
 
 #: Sends what the nodes hear: the same numbers on both topics.
 TALKER = """
@@ -77,30 +73,7 @@ def kept_apart(tmp_path_factory):
 @pytest.fixture(scope='module')
 def program(tmp_path_factory):
     """The program of `nodes.cpp`."""
-    made = tmp_path_factory.mktemp('opaque') / 'opaque'
-    flags = subprocess.run(
-        ['pkg-config', '--cflags', '--libs', 'roscpp', 'std_msgs'], stdout=subprocess.PIPE, text=True, check=True
-    ).stdout.split()
-    subprocess.run(['g++', '-o', str(made), str(CODE), *flags], check=True)
-    return str(made)
-
-
-@contextlib.contextmanager
-def running(name, *command):
-    process = subprocess.Popen(command)
-    master = rosgraph.Master('/test')
-
-    def is_there():
-        return any(f'{name}/get_loggers' == service for service, _ in master.getSystemState()[2])
-
-    try:
-        wait_until(is_there, f'{name} runs')
-        address = master.lookupNode(name)
-        yield
-    finally:
-        process.kill()
-        process.wait()
-    forget_plain_node(name, address)
+    return opaque_nodes.built(tmp_path_factory.mktemp('opaque'))
 
 
 @pytest.fixture

@@ -60,6 +60,20 @@ class Known(NamedTuple):
     why_not: str
 
 
+class Fresh(NamedTuple):
+    """What was learned of a node, if it is still true.
+
+    Attributes:
+        kept: all of it; None if it is stale.
+        age: the seconds since then.
+        why_stale: why it need not be true, as a part of a sentence.
+    """
+
+    kept: 'Optional[Kept]'
+    age: float
+    why_stale: str
+
+
 class Moved(NamedTuple):
     """A number that inputs move."""
 
@@ -105,17 +119,40 @@ def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[
     Raises:
         Failure: a file of the node is damaged.
     """
+    fresh = fresh_of(master, received.publisher)
+    if fresh is None or fresh.kept is None:
+        return fresh and Known(fresh.age, (), fresh.why_stale)
+    kept = fresh.kept
+    found = []
+    for path, leaf in values.leaves(field_of(received.message, field)):
+        whole = joined(field, path)
+        effects = _effects(kept, received.topic, messages.thing_of(received.message), whole)
+        if effects:
+            found.append(Moved(whole, leaf, effects))
+    return Known(fresh.age, found, '' if found else why_nothing(kept, received, field))
+
+
+def fresh_of(master: rosgraph.Master, publisher: str) -> 'Optional[Fresh]':
+    """What was learned of a node; None if nothing was.
+
+    Args:
+        master: the ROS master.
+        publisher: the full name of the node.
+
+    Raises:
+        Failure: a file of the node is damaged.
+    """
     if not _is_any():
         return None
     from rosslt import models  # NumPy and SciPy, which nodes of which nothing was learned do without
 
     now, problem, tree = None, '', master.getParam('/')
     try:
-        now = models.version_of(models.live_process(master, received.publisher), tree)
+        now = models.version_of(models.live_process(master, publisher), tree)
     except models.NotCopied as error:
         problem = f'it cannot be compared with the node that runs: {error}'
     try:
-        kept = models.kept_of(folder(), received.publisher, now)
+        kept = models.kept_of(folder(), publisher, now)
     except models.BadFile as error:
         raise Failure(str(error)) from None
     if kept is None:
@@ -123,14 +160,8 @@ def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[
     age = max(0.0, time.time() - kept.when)
     stale = kept.why_stale(now, tree) if now else problem
     if stale:
-        return Known(age, (), f'stale: {stale}; `rosslt learn {received.publisher}` learns it anew')
-    found = []
-    for path, leaf in values.leaves(field_of(received.message, field)):
-        whole = joined(field, path)
-        effects = _effects(kept, received.topic, messages.thing_of(received.message), whole)
-        if effects:
-            found.append(Moved(whole, leaf, effects))
-    return Known(age, found, '' if found else _why_nothing(kept, received, field))
+        return Fresh(None, age, f'stale: {stale}; `rosslt learn {publisher}` learns it anew')
+    return Fresh(kept, age, '')
 
 
 def _is_any() -> bool:
@@ -156,7 +187,7 @@ def _effects(kept: 'Kept', topic: str, thing: object, path: str) -> List[Effect]
     return sorted(found, key=lambda each: (math.isnan(each.slope), -each.size, each.name))
 
 
-def _why_nothing(kept: 'Kept', received: Heard, field: str) -> str:
+def why_nothing(kept: 'Kept', received: Heard, field: str) -> str:
     """Why nothing moves any number of a field."""
     thing, node = messages.thing_of(received.message), kept.version.node
     paths = {joined(field, path) for path, _ in values.leaves(field_of(received.message, field))}

@@ -4,6 +4,7 @@ It may import the rooms `flow`, `script`, `instrument`, `node`, `messages`, `fil
 SciPy.
 """
 
+from rosslt.models.following import Following, LocalModel, NotFollowed
 from rosslt.models.kept import File, Kept, Version, version_of
 from rosslt.models.kept_files import BadFile, keep, kept_files, kept_of, read_kept
 from rosslt.models.learned import Dependency, Learned

@@ -1,21 +1,27 @@
 """`rosslt force`: have a field of a topic become a value, by changing where it comes from."""
 
 import argparse
+import contextlib
 import sys
-from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 import genpy
+import rosgraph
 
 from rosslt import node, values
 from rosslt.cli.directory import sources_called
 from rosslt.cli.failure import Failure, Misused
 from rosslt.cli.fields import conditions, field_of, meant_where, path_where, source_values, target, values_where
+from rosslt.cli.learned_forcing import NEAR, Basis, LearnedStream, basis_of
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change, write_note
-from rosslt.cli.reading import LINK_ARGUMENTS, heard_publishers, link_of, listener
+from rosslt.cli.reading import LINK_ARGUMENTS, Messages, heard_publishers, link_of, listener
 from rosslt.cli.verb import CHANGE, Argument
-from rosslt.messages import Scalar
+from rosslt.messages import Scalar, is_reached
 from rosslt.node import Directory, Heard
+
+if TYPE_CHECKING:
+    from rosslt.cli.links import Link, LinkStream
 
 GROUP = CHANGE
 SUMMARY = 'have a field of a topic become a value, by changing where it comes from'
@@ -26,6 +32,10 @@ how many messages it was seen. If VALUE is not reached, the changes are taken ba
 has latched its last message and sends none, its change stays, and it is said that none has shown it yet. If
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
 --source says another.
+
+Of a node that is not tracked and of which `rosslt learn` has found something, the learned slopes say how the field
+follows the node's inputs, and the sources of these change. What the node sends then corrects the slopes. A field is
+reached if it lacks at most a thousandth of the change. No input leaves the range in which it was learned.
 
 With --frame, it is about a link of a robot, where its JointState and robot_description say it is: position/x, y and z
 in metres, orientation/roll, pitch and yaw in radians, in the link --in. The joints before it move, each within its
@@ -83,49 +93,110 @@ def run(options: argparse.Namespace) -> None:
     link = link_of(master, options)
     topic, _, field = (link.topic, '', options.field) if link else split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
-    with listener(topic, is_exact=True) as messages, node.NodeErrors() as errors:
-        stream = link.stream(messages) if link else messages
-        where = conditions(options.where)
-        seen_where: Dict[str, Set[Scalar]] = {name: set() for name in where}
-
-        def is_meant(received: Heard) -> bool:
-            is_there = path_where(received.message, field, dict(where)) is not None
-            for name, seen in seen_where.items():
-                seen.update(values_where(received.message, field, name))
-            return is_there
-
-        heard = heard_publishers(
-            master, stream, topic, options.timeout, options.node, is_meant, lambda: meant_where(where, seen_where)
-        )
-        paths = {received.publisher: path_where(received.message, field, dict(where)) or '' for received in heard}
-        parts = {received.publisher: field_of(received.message, paths[received.publisher]) for received in heard}
+    with contextlib.ExitStack() as stack:
+        messages = stack.enter_context(listener(topic, is_exact=True))
+        errors = stack.enter_context(node.NodeErrors())
+        stream: Union[node.Listener, LinkStream, LearnedStream] = link.stream(messages) if link else messages
+        heard = _heard(master, stream, topic, field, options.where, options.timeout, options.node)
+        by: Union[Link, Basis, None] = link
+        if not (link or any(values.sources(part) for _, _, part in heard.values())):
+            by = basis = _basis(master, heard, topic, field, options)
+            messages = stack.enter_context(listener(topic, *basis.following.topics, is_exact=True))
+            stream = basis.stream(messages)
+            timeout = options.timeout + basis.following.delay
+            heard = _heard(master, stream, topic, field, options.where, timeout, basis.publisher)
+            if not values.sources(heard[basis.publisher].part):
+                raise Failure(basis.why_no_source())
+        parts = {publisher: one.part for publisher, one in heard.items()}
         directory.learn({source for part in parts.values() for source in values.sources(part)})
         publisher, chosen = _chosen(directory, parts, options.source or [])
-        part = parts[publisher]
-        if not values.sources(part):
-            whole = '/'.join(filter(None, (topic, field)))
-            raise Failure(f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {whole}` says why')
+        if not values.sources(parts[publisher]):
+            raise Failure(_no_source(publisher, topic, field))
+        if isinstance(by, Basis):
+            write_note('force', by.text)
         if len(parts) > 1:
             told = f'{" and ".join(parts)} publish {topic}; this is about the messages of {publisher}'
             print(f'rosslt force: {told}, --node takes another', file=sys.stderr)
-        heard_one = next(received for received in heard if received.publisher == publisher)
-        field = paths[publisher]
-        wanted = target(heard_one.message, field, options.value)
+        received, field, part = heard[publisher]
+        wanted = target(received.message, field, options.value)
         if options.dry_run:
-            node.check_joint_limits(heard_one.topic, heard_one.message, field, wanted)
-            solve = link.solve if link else node.solve_by_effect
-            planned = _planned(directory, heard_one.message, field, wanted, chosen, solve)
+            node.check_joint_limits(received.topic, received.message, field, wanted)
+            solve = by.solve if by else node.solve_by_effect
+            planned = _planned(directory, received.message, part, field, wanted, chosen, solve)
             _show(directory, planned, is_planned=True)
             if all(old == new for old, new in planned.values()):
                 write_note('force', _SO_ALREADY)
             return
-        kind, requester = link.forcing if link else node.Forcing, node.Requester('rosslt force', directory)
+        kind, requester = by.forcing if by else node.Forcing, node.Requester('rosslt force', directory)
         limits = options.rounds, options.timeout, options.keep_anyway
         stream.clear()
-        outcome = _forced(directory, kind(requester, stream, errors, field, wanted, chosen, *limits), heard_one)
+        outcome = _forced(directory, kind(requester, stream, errors, field, wanted, chosen, *limits), received)
     seen = (outcome.messages, f'{outcome.milliseconds:.0f}') if outcome.is_reached else ()
     _show(directory, outcome.changes, seen=seen)
-    _report(outcome, publisher)
+    _report(outcome, publisher, isinstance(by, Basis))
+
+
+class _Part(NamedTuple):
+    """A field in a message: the message, the path in it, and what is there."""
+
+    received: Heard
+    path: str
+    part: genpy.Message
+
+
+def _heard(
+    master: rosgraph.Master,
+    stream: Messages,
+    topic: str,
+    field: str,
+    thing: str,
+    timeout: float,
+    publisher: Optional[str],
+) -> Dict[str, _Part]:
+    """The field in a message of each publisher, or of one of them, {publisher: it}, in a thing as of --where."""
+    where = conditions(thing)
+    seen_where: Dict[str, Set[Scalar]] = {name: set() for name in where}
+
+    def is_meant(received: Heard) -> bool:
+        is_there = path_where(received.message, field, dict(where)) is not None
+        for name, seen in seen_where.items():
+            seen.update(values_where(received.message, field, name))
+        return is_there
+
+    heard = heard_publishers(
+        master, stream, topic, timeout, publisher, is_meant, lambda: meant_where(where, seen_where)
+    )
+    paths = [path_where(received.message, field, dict(where)) or '' for received in heard]
+    return {
+        received.publisher: _Part(received, path, field_of(received.message, path))
+        for received, path in zip(heard, paths)
+    }
+
+
+def _basis(
+    master: rosgraph.Master, heard: Mapping[str, _Part], topic: str, field: str, options: argparse.Namespace
+) -> Basis:
+    """What was learned of a publisher of a field without sources.
+
+    Raises:
+        Failure: nothing by which the field could be forced.
+    """
+    found, why_not = basis_of(
+        master,
+        [one.received for one in heard.values()],
+        {publisher: one.path for publisher, one in heard.items()},
+        lambda received: target(received.message, heard[received.publisher].path, options.value),
+    )
+    if found is None:
+        if options.source:
+            _chosen(Directory(), {publisher: one.part for publisher, one in heard.items()}, options.source)
+        raise Failure('; '.join([_no_source(next(iter(heard)), topic, field), *why_not]))
+    return found
+
+
+def _no_source(publisher: str, topic: str, field: str) -> str:
+    whole = '/'.join(filter(None, (topic, field)))
+    return f'nothing in it has a source, as {publisher} sends it; `rosslt doctor {whole}` says why'
 
 
 def _forced(directory: Directory, forcing: node.Forcing, received: Heard) -> node.Outcome:
@@ -159,10 +230,18 @@ def _show(
                 print(f'rosslt force: {said}; what else uses it follows', file=sys.stderr)
 
 
-def _report(outcome: node.Outcome, publisher: str) -> None:
-    """Print how messages have shown the changes."""
+def _report(outcome: node.Outcome, publisher: str, is_learned: bool) -> None:
+    """Print how messages have shown the changes.
+
+    Args:
+        outcome: the changes.
+        publisher: of the messages.
+        is_learned: whether the field was forced by what was learned.
+    """
     if outcome.is_near:
         print(f'rosslt force: {publisher} sends {outcome.seen}, and comes no nearer', file=sys.stderr)
+    elif is_learned and outcome.is_reached and not is_reached(outcome.seen, outcome.wanted):
+        print(f'rosslt force: {publisher} sends {outcome.seen}, within {NEAR:g} of the change', file=sys.stderr)
     if not outcome.rounds:
         write_note('force', _SO_ALREADY)
     if outcome.reason:
@@ -209,13 +288,13 @@ def _chosen(
 def _planned(
     directory: Directory,
     message: genpy.Message,
+    part: genpy.Message,
     field: str,
     wanted: object,
     chosen: Optional[List[values.Source]],
     solve: Callable[..., Dict[values.Source, Any]],
 ) -> Dict[values.Source, node.Change]:
     """{Source: Change(old, new)} as far as it is known without requesting the change."""
-    part = field_of(message, field)
     thing = node.tracked_of_thing(message, field) if chosen is None else []
     shared = node.shared_in(message, field) if chosen is None else []
     directory.learn(values.sources(thing))

@@ -10,13 +10,7 @@ import rospy
 from rosslt import messages, values
 from rosslt.node.api import started
 from rosslt.node.change.change_request import ChangeRequest, is_equal
-from rosslt.node.change.client import (
-    Asker,
-    Change,
-    ChangeRejected,
-    SourceUnreachable,
-    solved,
-)
+from rosslt.node.change.client import Asker, Change, ChangeRejected, SourceUnreachable, solved
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import MOST_NAMED, Observation, comes_from, is_alike, observe
@@ -217,7 +211,10 @@ class Forcing:
         rounds: how many times it is solved at most.
         timeout: how long to wait for a message that shows a change, in seconds.
         keep_anyway: leave the changes if the target is not reached.
+        expected_by: what says how the field is computed.
     """
+
+    expected_by = 'its provenance'  # of the class: no annotation makes it a field
 
     asker: Asker
     stream: Stream
@@ -467,7 +464,7 @@ class Forcing:
             elif is_alike(self._before, last):
                 parts.append('it has not followed the change')
             elif self._is_as_asked and not others:
-                parts.append('it is not computed as its provenance said before the change')
+                parts.append(f'it is not computed as {self.expected_by} said before the change')
             parts += others
         return '; '.join(dict.fromkeys([*parts, *late.values(), *self._notes]))
 

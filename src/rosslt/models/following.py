@@ -1,0 +1,250 @@
+"""How a field of a node that nobody tracks follows the node's inputs: as was learned, corrected by what is seen."""
+
+from collections import deque
+from typing import Any, Callable, Deque, Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from rosslt import messages, values
+from rosslt.models.learning import Answer
+from rosslt.models.profiles import SMOOTH
+from rosslt.models.replays import Number, stamp_of, with_numbers
+
+#: An input at the end of its range is in it, in spite of rounding: a part of the range.
+ROUNDING = 1e-9
+
+Array = Any  # numpy.ndarray: NumPy 1.17 of Noetic has no types
+
+
+class NotFollowed(Exception):
+    """A field follows no input by a known slope; the text says why, as a part of a sentence."""
+
+
+class Range(NamedTuple):
+    """An input, and the values between which first order was seen to hold for all outputs in question."""
+
+    number: Number
+    low: float
+    high: float
+
+
+class Moment(NamedTuple):
+    """A message, and the inputs that it was made of.
+
+    Attributes:
+        message: as it came, plain.
+        inputs: the values of the inputs, tracked if their sender is.
+        sent: the messages that they are of.
+    """
+
+    message: messages.Message
+    inputs: Sequence[Any]
+    sent: Sequence[messages.Message]
+
+
+class LocalModel:
+    """Outputs that follow inputs by slopes, which Broyden's rank-one updates correct.
+
+    Args:
+        slopes: an array (outputs, inputs).
+        sizes: by how much each input may move; steps are compared in these units.
+    """
+
+    def __init__(self, slopes: Array, sizes: Sequence[float]) -> None:
+        self.slopes = np.array(slopes, dtype=float)
+        self._squares = np.square(np.asarray(sizes, dtype=float))
+        self._last: Optional[Tuple[Array, Array]] = None
+        self._is_confirmed = False
+
+    def tracked(self, inputs: Sequence[Any], outputs: Sequence[float]) -> List[Any]:
+        """Outputs, with the provenance that they have by way of the inputs."""
+        found = []
+        for value, row in zip(outputs, self.slopes.tolist()):
+            whole: Any = value
+            for slope, one in zip(row, inputs):
+                if slope and values.is_tracked(one):
+                    whole = whole + slope * (one - values.untracked(one))
+            found.append(whole)
+        return found
+
+    def correct(self, inputs: Sequence[float], outputs: Sequence[float]) -> None:
+        """Correct the slopes by what outputs have become since the last call.
+
+        Raises:
+            values.NotInvertible: at the first step, outputs have not moved, or have moved the other way than the slopes
+                say.
+        """
+        now = np.array([values.untracked(one) for one in inputs], dtype=float), np.array(outputs, dtype=float)
+        if self._last is not None:
+            step, moved = (new - old for new, old in zip(now, self._last))
+            if not step.any():
+                return
+            said = self.slopes @ step
+            if not self._is_confirmed and not said @ moved > 0:
+                how = 'moved the other way' if moved.any() else 'not moved'
+                raise values.NotInvertible(f'it has {how}, and was to move by {_text(said)} as was learned')
+            self._is_confirmed = True
+            weighted = step / self._squares
+            self.slopes += np.outer(moved - said, weighted) / (weighted @ step)
+        self._last = now
+
+
+class Following:
+    """A field of a node's messages as a function of the inputs of the node, near where it was learned.
+
+    Args:
+        answers: what was learned of the node.
+        topic, thing: of the messages, as in `Number`.
+        field: the path of the field.
+        paths: those of the numbers that are to change, in the message.
+
+    Attributes:
+        ranges: the inputs that it follows.
+        delay: the seconds from an input to when the field stays as that makes it.
+
+    Raises:
+        NotFollowed: one of the numbers moves, but with no input of which a slope is known.
+    """
+
+    def __init__(
+        self, answers: Sequence[Answer], topic: str, thing: Hashable, field: str, paths: Sequence[str]
+    ) -> None:
+        wanted = {Number(topic, thing, path): path for path in paths}
+        slopes: Dict[Number, Dict[str, float]] = {}
+        limits: Dict[Number, Tuple[float, float]] = {}
+        without: Dict[str, List[str]] = {}
+        for answer in answers:
+            for one in answer.learned.dependencies:
+                path, number, at = (
+                    wanted.get(answer.outputs[one.output]),
+                    answer.inputs[one.input],
+                    answer.at[one.input],
+                )
+                if path is None:
+                    continue
+                if not number.path:
+                    without.setdefault(path, []).append(f'{number.name}, a parameter')
+                elif one.kind != SMOOTH:
+                    without.setdefault(path, []).append(f'{number.name}, {one.kind}')
+                else:
+                    low, high = limits.get(number, (-np.inf, np.inf))
+                    limits[number] = max(low, at + one.low), min(high, at + one.high)
+                    slopes.setdefault(number, {})[path] = one.slope
+        moved = {path for of_one in slopes.values() for path in of_one}
+        for path in paths:
+            if path in without and path not in moved:
+                raise NotFollowed(
+                    f'{Number(topic, thing, path).name} moves with {" and ".join(without[path])}, '
+                    'and no slope by which a message could change it is known'
+                )
+        self.ranges = [Range(number, *limits[number]) for number in slopes]
+        self.delay = max((answer.settled for answer in answers), default=0.0)
+        self._thing, self._field = thing, field
+        self._paths = [path for path in paths if path in moved]
+        sizes = [(one.high - one.low) or 1.0 for one in self.ranges]
+        matrix = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self._paths]
+        self._model = LocalModel(matrix, sizes)
+        self._heard: Dict[Tuple[str, Hashable], Deque[Tuple[float, messages.Message]]] = {
+            (one.number.topic, one.number.thing): deque() for one in self.ranges
+        }
+        self._moments: Dict[int, Tuple[Any, Moment]] = {}  # by the identity of the field, which is kept with each
+
+    @property
+    def topics(self) -> List[str]:
+        """Those of the inputs."""
+        return list(dict.fromkeys(one.number.topic for one in self.ranges))
+
+    def hear(self, topic: str, message: messages.Message, came: float) -> None:
+        """Take in a message with inputs.
+
+        Args:
+            came: when, in seconds of any clock.
+        """
+        heard = self._heard.get((topic, messages.thing_of(message)))
+        if heard is None:
+            return
+        heard.append((came, message))
+        while len(heard) > 1 and heard[1][0] <= came - 2 * self.delay:  # of messages that wait for their inputs, too
+            heard.popleft()
+
+    def due(self, message: messages.Message, came: float) -> float:
+        """Until when a message waits for the inputs of its own stamp, which may be heard after it."""
+        return came + self.delay if stamp_of(message) else came
+
+    def tracked(self, message: messages.Message, came: float, is_due: bool) -> Optional[messages.Message]:
+        """A message with the provenance that its field has by way of the inputs; None if these were not heard, or it is
+        about another thing.
+
+        They are those with the same stamp; if none has it, the latest ones that the field has followed when it came.
+
+        Args:
+            message: of the node.
+            came: when, by the clock of `hear`.
+            is_due: whether no input of its own stamp is waited for.
+        """
+        if messages.thing_of(message) != self._thing:
+            return None
+        stamp, sent = stamp_of(message), {}
+        for key, heard in self._heard.items():
+            same = [one for _, one in heard if stamp is not None and stamp_of(one) == stamp]
+            before = [one for when, one in heard if when <= came - self.delay] if is_due else []
+            if not (same or before):
+                return None
+            sent[key] = (same or before)[-1]
+        of_each = [sent[one.number.topic, one.number.thing] for one in self.ranges]
+        try:
+            inputs = [messages.part_at(one, known.number.path)[0] for one, known in zip(of_each, self.ranges)]
+            moment = Moment(values.untracked(message), inputs, of_each)
+            made = self._made(moment)
+            part = messages.part_at(made, self._field)[0]
+        except messages.NoSuchPart:
+            return None
+        self._moments[id(part)] = part, moment
+        return made
+
+    def _made(self, moment: Moment) -> messages.Message:
+        outputs = self._outputs(moment)
+        return with_numbers(moment.message, dict(zip(self._paths, self._model.tracked(moment.inputs, outputs))))
+
+    def _outputs(self, moment: Moment) -> List[float]:
+        return [messages.part_at(moment.message, path)[0] for path in self._paths]
+
+    def solve(
+        self,
+        part: Any,
+        solve: Callable[[Any], Dict[values.Source, Any]],
+        check: Callable[[str, messages.Message, str, float], None],
+    ) -> Dict[values.Source, Any]:
+        """Correct the slopes by a message, and solve for its field.
+
+        Args:
+            part: the field, in a message of `tracked`.
+            solve: solves for the same with the corrected provenance.
+            check: raises if an input must not have a value: is called with the topic, its message, the path and that.
+
+        Returns:
+            {Source: its new value}.
+
+        Raises:
+            values.NotInvertible: `solve` or `check` says so, the node does not do what was learned, or an input would
+                leave the range in which it was learned.
+        """
+        _, moment = kept = self._moments[id(part)]
+        self._moments = {id(part): kept}
+        self._model.correct(moment.inputs, self._outputs(moment))
+        answer = solve(messages.part_at(self._made(moment), self._field)[0])
+        new = values.untracked(values.evaluate(list(moment.inputs), answer))
+        for one, message, old, value in zip(self.ranges, moment.sent, moment.inputs, new):
+            if value == old:
+                continue
+            slack = ROUNDING * (one.high - one.low)
+            if not one.low - slack <= value <= one.high + slack:
+                raise values.NotInvertible(
+                    f'{one.number.name} would be {value:.6g}, and was learned from {one.low:.6g} to {one.high:.6g} only'
+                )
+            check(one.number.topic, message, one.number.path, value)
+        return answer
+
+
+def _text(numbers: Sequence[float]) -> str:
+    return ', '.join(f'{one:+.3g}' for one in numbers)
