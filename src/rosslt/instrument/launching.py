@@ -91,6 +91,7 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
         super().__init__(uuid, [(file, given)], force_screen=screen)
         self._markers, self._only, self._others, self._rviz = markers, only, others, rviz
         self._loader = NotingLoader()
+        self._here: List[Any] = []
         self._as_they_are: List[Any] = []
 
     def _load_config(self) -> None:
@@ -106,7 +107,8 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
             keep_provenance(one, self.config, loader)
             if _is_trackable(one):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
-        self._as_they_are = [one for one in self.config.nodes if _is_as_it_is(one)]
+        self._here = [one for one in self.config.nodes if _is_here(one)]
+        self._as_they_are = [one for one in self._here if _is_as_it_is(one)]
         if loader.origins:
             self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(loader.origins)), verbose=False)
         if self._markers:
@@ -115,8 +117,10 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
             self._add(RVIZ)
 
     def own_parameters(self, restarts: bool) -> LaunchedParameters:
-        """Own the parameters of nodes that run as they are, once all are started; `restarts` as in `launch`."""
-        return LaunchedParameters(self._as_they_are, list(self.config.params), self._loader.origins, self.pm, restarts)
+        """Own robots, and the parameters of nodes that run as they are, once all are started; `restarts` as in
+        `launch`."""
+        origins = self._loader.origins
+        return LaunchedParameters(self._here, self._as_they_are, self.config.params, origins, self.pm, restarts)
 
     def _add(self, node_type: str, **options: object) -> None:
         """Add a node of this package, unless the launch file has it."""
@@ -136,10 +140,14 @@ def prefix_of(present: Any, command: str) -> str:
     return f'{kept} {command} run'.strip()
 
 
+def _is_here(one: Any) -> bool:
+    """Return whether a launched node runs on this machine."""
+    return one.machine is None or bool(roslaunch.core.is_machine_local(one.machine))
+
+
 def _is_as_it_is(one: Any) -> bool:
-    """Return whether a launched node runs without provenance, on this machine."""
-    is_here = one.machine is None or roslaunch.core.is_machine_local(one.machine)
-    return is_here and one.package != 'rosslt' and not (one.launch_prefix or '').endswith('rosslt run')
+    """Return whether a launched node runs without provenance."""
+    return one.package != 'rosslt' and not (one.launch_prefix or '').endswith('rosslt run')
 
 
 def _is_trackable(one: Any) -> bool:

@@ -5,6 +5,7 @@ import collections
 import json
 import os
 import re
+import shlex
 import textwrap
 import xmlrpc.client
 from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
@@ -24,6 +25,9 @@ _ARG = re.compile(r'\$\(arg +([^ $()]+) *\)')
 
 #: The key of {argument: where it is given} in what roslaunch resolves texts with, and hands on with the arguments.
 _GIVEN = 'rosslt_given'
+
+#: The programs that print a file, if it has nothing to be computed.
+_PRINTING = ('cat', 'xacro', 'xacro.py')
 
 #: The maximal length of a text that is quoted, in characters.
 _LONGEST = 60
@@ -125,8 +129,10 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
                 'text': tag.getAttribute('value'),
                 'type': (tag.getAttribute('type') or 'auto').lower().strip(),
             }
-            is_text = tag.hasAttribute('value')
-            origin = self._followed(origin, context) if is_text else {**origin, 'is_substituted': True}
+            if tag.hasAttribute('value'):
+                origin = self._followed(origin, context)
+            else:
+                origin = {**origin, 'is_substituted': True, 'text_of': self._file_of(tag, context)}
             is_local = bool(kwds.get('force_local'))
             if is_local:
                 self._in_node.append(made)
@@ -135,6 +141,20 @@ class NotingLoader(roslaunch.xmlloader.XmlLoader):
             else:
                 self._note_param(ns_join(context.ns, made.key), made.value, origin)
         return made
+
+    def _file_of(self, tag: Element, context: Any) -> str:
+        """The file that a <param> has its text from, as it is or as `cat` and `xacro` print it; '' if that is
+        not known."""
+        given = {one: tag.getAttribute(one) for one in ('textfile', 'command') if tag.hasAttribute(one)}
+        # Arguments that it uses have been noted.
+        resolved = {name: super(NotingLoader, self).resolve_args(text, context) for name, text in given.items()}
+        if 'textfile' in resolved:
+            return os.path.realpath(resolved['textfile'])
+        program, *others = shlex.split(resolved.get('command', '')) or ['']
+        named = [word for word in others if not word.startswith('-')]
+        if os.path.basename(program) not in _PRINTING or len(named) != 1:
+            return ''
+        return os.path.realpath(named[0])
 
     def _node_tag(self, tag: Element, context: Any, *args: Any, **kwds: Any) -> Any:
         self._in_node = []

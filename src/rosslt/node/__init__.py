@@ -59,6 +59,7 @@ from rosslt.node.locations.literal_identities import identities
 from rosslt.node.locations.location import LiteralLocation, Location, location_id
 from rosslt.node.locations.mutex import CHANGE_LOCK
 from rosslt.node.locations.others_parameter import Reader
+from rosslt.node.locations.robot_files import origin_of
 from rosslt.node.locations.row_edits import (
     SCRIPT_TEXT,
     edit_row,
@@ -90,6 +91,7 @@ from rosslt.node.parameters.mirror import kept_of
 from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.reconfigure import reconfigure_parameter
+from rosslt.node.robot_description import NAME as ROBOT_DESCRIPTION
 from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all

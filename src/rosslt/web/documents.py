@@ -63,7 +63,7 @@ def file_of(place: Place, origins: Origins) -> str:
 def _origin_of(place: Place, origins: Origins) -> Any:
     """Where a parameter is given; None if it is a value in the code, or if its row was deleted."""
     name = place.location.name
-    origin = origins.get(name) if name.startswith('/') else None
+    origin = node.origin_of(name, origins) if name.startswith('/') else None
     return None if origin is None or origin.get('is_gone') else origin
 
 

@@ -15,7 +15,7 @@ from typing import Any, Callable, ContextManager, Dict, List, Mapping, Optional,
 import viser
 
 from rosslt.markers import contained
-from rosslt.node import Place
+from rosslt.node import Place, origin_of
 from rosslt.web.drawing import MANY
 from rosslt.web.locations import PAUSE, Key, Locations, Wish, number_in
 
@@ -251,7 +251,7 @@ def hint(place: Place, origins: Mapping[str, Any]) -> str:
     line = '{}:{}'.format(location.file, location.line) if location.file else ''
     parts = [line or 'a parameter']
     if line and location.name.startswith('/'):  # a parameter's: the line is that which reads it
-        given = origins.get(location.name)
+        given = origin_of(location.name, origins)
         parts = ['given in {}, read at {}'.format(given['file'], line) if given else 'a parameter, read at ' + line]
         if given and given['file'] == location.file:  # of a node that runs as it is: nobody knows where it reads it
             parts = ['given at ' + line]

@@ -49,3 +49,15 @@ class OthersParameter(ParameterLocation):
             except ValueError as error:
                 raise Refused(str(error)) from None
         return self.value, value
+
+
+class RobotNumber(OthersParameter):
+    """The location of a number in the text of a robot (URDF), which another process reads.
+
+    The number is not sent to the master by itself, so that any finite one can be.
+    """
+
+    __slots__ = ()
+
+    def checked(self, value: object) -> Scalar:
+        return Location.checked(self, value)

@@ -14,6 +14,7 @@ from rosslt.messages import Message
 from rosslt.node.change.client import SourceUnreachable
 from rosslt.node.json_scalars import from_json, to_json
 from rosslt.node.locations.directory import Directory, Place
+from rosslt.node.locations.robot_files import beside, origin_of, robot_edits, said_for_another_robot
 from rosslt.node.locations.row_journal import follow_save, origins_of
 from rosslt.node.parameters.server import element_of
 from rosslt.node.service_calls import ask_all
@@ -178,7 +179,7 @@ def _in_parameter_files(
     unsaved: List[Unsaved] = []
     changed_back = set()
     for place in parameters:
-        origin, values = origins.get(place.location.name), past.get(place.location.id, [])
+        origin, values = origin_of(place.location.name, origins), past.get(place.location.id, [])
         if not values and not _was_changed_earlier(place, origin):
             continue
         if values and files.equal(place.value, values[0]) and not (origin or {}).get('offered'):
@@ -188,8 +189,9 @@ def _in_parameter_files(
             unsaved.append(Unsaved(place.local_name, reason))
         else:
             # A value that was changed back may have been saved in between, also by an earlier run of the node.
-            said = [origin['said'], *filter(files.is_scalar, values), *origin.get('offered', ())]
-            by_file.setdefault(origin['file'], []).append((place, {**origin, 'said': said}))
+            said = [one for one in (origin['said'], *values, *origin.get('offered', ())) if files.is_scalar(one)]
+            more = {'beside': beside(origin, places, past)} if 'robot' in origin else {}
+            by_file.setdefault(origin['file'], []).append((place, {**origin, **more, 'said': said}))
     edits: List[files.Edit] = []
     for file, those in by_file.items():
         try:
@@ -236,6 +238,8 @@ def _offer(origins: Any, places: List[Place]) -> None:
     """Note the values about to be written beside the place of their parameters: the node may be started again, without
     its history, or be changed back to the value that the file had at first."""
     for place in places:
+        if place.location.name not in origins:
+            continue  # of a robot, whose text the next launch sets
         offered = origins[place.location.name].setdefault('offered', [])
         if not any(files.equal(place.value, one) for one in offered):
             offered.append(place.value)
@@ -288,7 +292,10 @@ def _said_for_another(place: Place, origins: Any, master: rosgraph.Master) -> st
     """Why the place that sets a parameter must not be written: it also sets a parameter with a different value; ''
     if it may. Launch files are included several times, YAML files loaded in several namespaces, and an <arg> gives
     several parameters."""
-    own = _where(origins[place.location.name])
+    origin = origin_of(place.location.name, origins)
+    if 'robot' in origin:
+        return said_for_another_robot(place, origin, origins, master)
+    own = _where(origin)
     others = [name for name, one in origins.items() if name != place.location.name and _where(one) == own]
     if not others:
         return ''
@@ -312,8 +319,8 @@ def edits_of(file: str, those: List[_Given]) -> Tuple[List[files.Edit], List[Tup
     """Make the edits that write parameters into a file, and list those that cannot be saved."""
     content = files.read_bytes(file)
     in_yaml, in_attributes = _sorted_by_tag(those)
-    edits: List[files.Edit] = []
-    left: List[Tuple[str, str]] = []
+    in_robot = [one for one in those if 'robot' in one[1]]
+    edits, left = robot_edits(file, content, in_robot) if in_robot else ([], [])
     for tag, alike in in_yaml.items():
         changes = [
             files.YamlChange(origin['path'], origin['said'], place.value, place.local_name) for place, origin in alike
@@ -330,7 +337,7 @@ def edits_of(file: str, those: List[_Given]) -> Tuple[List[files.Edit], List[Tup
 
 
 def parameter_places(file: str, content: bytes, those: List[_Given]) -> Dict[values.Source, files.Standing]:
-    """Find where the values of parameters stand in a YAML or launch file.
+    """Find where the values of parameters stand in a YAML or launch file, or in a URDF.
 
     Args:
         file: its path.
@@ -345,7 +352,10 @@ def parameter_places(file: str, content: bytes, those: List[_Given]) -> Dict[val
         FileError: the file cannot be read.
     """
     in_yaml, in_attributes = _sorted_by_tag(those)
+    in_robot = [one for one in those if 'robot' in one[1]]
     stands: List[Tuple[_Given, Optional[files.Standing]]] = []
+    if in_robot:
+        stands += zip(in_robot, files.urdf_places(file, content, [origin['number'] for _, origin in in_robot]))
     for tag, alike in in_yaml.items():
         paths = [origin['path'] for _, origin in alike]
         if tag is None:
@@ -359,7 +369,10 @@ def parameter_places(file: str, content: bytes, those: List[_Given]) -> Dict[val
         place.source: one
         for (place, origin), one in stands
         if one is not None
-        and any(files.equal(one.value, said) for said in (origin['said'], *origin.get('offered', ()), place.value))
+        and (
+            'robot' in origin
+            or any(files.equal(one.value, said) for said in (origin['said'], *origin.get('offered', ()), place.value))
+        )
     }
 
 
@@ -377,7 +390,7 @@ def _sorted_by_tag(those: List[_Given]) -> Tuple[Dict[Optional[Tuple[int, int]],
         if 'path' in origin:
             nth, count = origin.get('rosparam', (None, None))
             in_yaml.setdefault(None if nth is None else (nth, count), []).append((place, origin))
-    return in_yaml, [one for one in those if 'path' not in one[1]]
+    return in_yaml, [one for one in those if not {'path', 'robot'}.intersection(one[1])]
 
 
 def _attribute_change(place: Place, origin: Dict[str, Any]) -> files.AttributeChange:

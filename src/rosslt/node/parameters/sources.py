@@ -24,6 +24,7 @@ from rosslt.node.locations.source_files import SOURCE_FILES
 from rosslt.node.memory.remembered import MEMORY
 from rosslt.node.parameters.mirror import Parameters
 from rosslt.node.parameters.readers import REQUESTER, check_readers
+from rosslt.node.parameters.robots import numbers_in, text_with
 from rosslt.node.parameters.server import (
     Tree,
     as_sent,
@@ -56,6 +57,7 @@ class ReadParameters:
         self._floats: Set[str] = set()  # names below which an int is taken for a float
         self._known: Tree = {}  # what the master says, a tree from the root; never changed, but replaced
         self._said: Dict[str, Scalar] = {}  # the scalars in it and in the defaults in force, by name
+        self._robots: Set[str] = set()  # full names of texts that are URDF: the numbers in them are the scalars
         self._makers: Dict[str, Maker] = {}  # by full name, what makes the locations in it that are others'
         self._made: Dict[str, ParameterLocation] = {}  # all that there ever were, by name
         self._present: Dict[str, ParameterLocation] = {}  # those of the scalars that there are now
@@ -89,15 +91,18 @@ class ReadParameters:
                 return _leafwise(key, value, self._as_read)
         return self._mapped(key, value, operator.attrgetter('tracked'))
 
-    def own(self, key: str, site: CallSite, make: Maker) -> None:
+    def own(self, key: str, site: CallSite, make: Maker, is_robot: bool = False) -> None:
         """Own the locations of a parameter that another process reads.
 
         Args:
             key: its full name.
             site: where it stands.
             make: makes a location of the full name and the value of a scalar in it, and these `Defaults`.
+            is_robot: whether it is the text of a URDF, and the scalars in it are the numbers of that.
         """
         self._makers[key] = make
+        if is_robot:
+            self._robots.add(key)
         self._ask(key, site, ())
 
     def _ask(self, key: str, where: Union[FrameType, CallSite], default: Tuple[Any, ...]) -> None:
@@ -263,7 +268,8 @@ class ReadParameters:
             self._made[name] = location
             if any(is_within(name, key) for key in self._polled):
                 location.read_in_round()
-        _put([(location, location.value, value)])
+        else:
+            _put([(location, location.value, value)])
         try:
             self._owner.locations.add(location)
         except ValueError as error:
@@ -275,6 +281,9 @@ class ReadParameters:
         """The plain values of all that are to be locations, by name."""
         found: Dict[str, Scalar] = {}
         _leafwise('', known, found.setdefault)
+        for key in self._robots:
+            numbers = numbers_in(found.pop(key, None))
+            found.update((f'{key}/{name}', value) for name, value in numbers.items())
         for key, default in self._defaults.items():
             if part_of(known, key) is None:
                 _leafwise(key, default, found.setdefault)
@@ -299,6 +308,8 @@ class ReadParameters:
         """A parameter as it is to stand on the parameter server; None if there is nothing to be set."""
         known = part_of(self._known, key)
         value = self._defaults.get(key) if known is None else known
+        if key in self._robots:
+            return text_with(value, {one[len(key) + 1 :]: at.value for one, at in self._present.items()})
         return None if value is None else self._mapped(key, value, operator.attrgetter('value'))
 
     def write(self) -> List[Tuple[str, Tree]]:
