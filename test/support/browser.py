@@ -200,7 +200,11 @@ class Browser:
     @property
     def text(self):
         """All text on the page."""
-        return self.driver.find_element(By.TAG_NAME, 'body').text
+        return self.text_in('body')
+
+    def text_in(self, selector):
+        """The text of the first element that a selector finds, from the browser: Selenium asks each part of it."""
+        return self.driver.execute_script('return document.querySelector(arguments[0]).innerText', selector)
 
     def cut_off(self, selector):
         """The texts of the elements of which a part is not shown, as they are too small or reach out of the window."""
@@ -221,14 +225,24 @@ class Browser:
 
     def labels(self):
         """What the fields are called."""
-        return [label.text for label in self.driver.find_elements(By.CSS_SELECTOR, 'label[for]') if label.text]
+        return [text for _, text in self._visible('label[for]') if text]
+
+    def _visible(self, selector):
+        """What a selector finds that is shown, [(element, its text)]."""
+        return self.driver.execute_script(
+            """
+            const shown = [...document.querySelectorAll(arguments[0])].filter(one => one.checkVisibility());
+            return shown.map(one => [one, one.innerText.trim()]);
+            """,
+            selector,
+        )
 
     def row(self, name):
         """The row of a field."""
 
         def found():
-            for label in self.driver.find_elements(By.CSS_SELECTOR, 'label[for]'):
-                if label.text.split('● ')[-1] == name:
+            for label, text in self._visible('label[for]'):
+                if text.split('● ')[-1] == name:
                     return label.find_element(By.XPATH, 'ancestor::div[contains(@class, "mantine-Flex-root")][1]')
             return None
 
@@ -260,8 +274,8 @@ class Browser:
         """Click a button."""
 
         def clicked():
-            for button in self.driver.find_elements(By.TAG_NAME, 'button'):
-                if button.text == text:
+            for button, its_text in self._visible('button'):
+                if its_text == text:
                     try:
                         button.click()
                     except WebDriverException:  # something is still moving over it

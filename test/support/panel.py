@@ -63,7 +63,7 @@ class Panel:
         self.box(name).send_keys(*keys)
 
     def says(self, text):
-        source = lambda: self.driver.find_element('id', 'source').text  # noqa: E731
+        source = lambda: self.browser.text_in('#source')  # noqa: E731
         self.browser.wait(lambda: text in source(), lambda: f'the panel says {text}, it has {source()!r}')
 
     def line_of(self, name):
