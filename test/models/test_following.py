@@ -83,8 +83,8 @@ def test_slopes_that_are_wrong_by_30_percent_are_corrected():
 
 def test_a_field_has_the_sources_of_what_it_follows():
     found = following(dependency(0), dependency(1, slope=-3.0))
-    found.hear('/in', Float64(track(0.25, A) * 2), 1.0)
-    found.hear('/other', Float64(track(2.0, B)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.25, A) * 2), 1.0)
+    found.hear('/other', '/talker', Float64(track(2.0, B)), 1.0)
     out = found.tracked(Float64(7.0), 1.2, True).data
     assert out == 7.0
     assert forced(found, out, 7.1).keys() <= {A, B}
@@ -94,13 +94,13 @@ def test_a_field_has_the_sources_of_what_it_follows():
 def test_an_input_counts_once_the_field_has_followed_it():
     found = following(dependency(0))
     assert found.tracked(Float64(1.0), 0.9, True) is None
-    found.hear('/in', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
     assert found.tracked(Float64(1.0), 1.05, True) is None
-    found.hear('/in', Float64(track(0.55, A)), 1.15)
+    found.hear('/in', '/talker', Float64(track(0.55, A)), 1.15)
     assert forced(found, found.tracked(Float64(1.0), 1.2, True).data, 1.1) == {A: pytest.approx(0.55)}
     found = following(dependency(0))
-    found.hear('/in', Float64(track(0.5, A)), 1.0)
-    found.hear('/in', Float64(track(0.52, A)), 1.15)
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.52, A)), 1.15)
     assert forced(found, found.tracked(Float64(1.0), 1.26, True).data, 1.1) == {A: pytest.approx(0.57)}
 
 
@@ -121,18 +121,26 @@ def test_an_input_of_the_same_stamp_is_waited_for():
 
     found, out = fresh(), stamped(1.0, 2)
     assert found.due(out, 1.0) == 1.1
-    found.hear('/in', stamped(track(0.5, A), 1), 0.5)
+    found.hear('/in', '/talker', stamped(track(0.5, A), 1), 0.5)
     assert found.tracked(out, 1.0, False) is None
-    found.hear('/in', stamped(track(0.55, A), 2), 1.01)
+    found.hear('/in', '/talker', stamped(track(0.55, A), 2), 1.01)
     made = found.tracked(out, 1.0, False)
     assert (made.header.stamp, out.point.x) == (out.header.stamp, 1.0)
     assert forced(found, made.point.x, 1.1) == {A: pytest.approx(0.6)}
     # none has this stamp: the latest one that it has followed
     found = fresh()
-    found.hear('/in', stamped(track(0.5, A), 1), 0.5)
-    found.hear('/in', stamped(track(0.55, A), 2), 1.01)
+    found.hear('/in', '/talker', stamped(track(0.5, A), 1), 0.5)
+    found.hear('/in', '/talker', stamped(track(0.55, A), 2), 1.01)
     made = found.tracked(stamped(1.0, 3), 1.0, True)
     assert forced(found, made.point.x, 1.1) == {A: pytest.approx(0.55)}
+
+
+def test_of_two_senders_a_stamp_has_to_say_which_counts():
+    found = following(dependency(0))
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/rival', Float64(0.5), 1.01)
+    with pytest.raises(NotInvertible, match=r'^/talker and /rival send /in, and no stamp says of which of their'):
+        found.tracked(Float64(1.0), 1.2, True)
 
 
 def test_messages_about_another_thing_are_passed_over():
@@ -141,7 +149,7 @@ def test_messages_about_another_thing_are_passed_over():
     learned = Learned((dependency(0),), (0.0,), (), (), (), 0.05, 10)
     answer = Answer([number], [number._replace(topic='/out')], [0.5], 0.01, 0.1, learned, True, ())
     found = Following([answer], '/out', thing, 'point.x', ['point.x'])
-    found.hear('/in', stamped(track(0.5, A), 2), 1.0)
+    found.hear('/in', '/talker', stamped(track(0.5, A), 2), 1.0)
     other = stamped(1.0, 2)
     other.header.frame_id = 'odom'
     assert found.tracked(other, 1.2, True) is None
@@ -150,7 +158,7 @@ def test_messages_about_another_thing_are_passed_over():
 
 def test_an_input_stays_in_the_range_that_was_learned():
     found = following(dependency(0))
-    found.hear('/in', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
     out = found.tracked(Float64(1.0), 1.2, True).data
     assert forced(found, out, 1.2) == {A: pytest.approx(0.6)}
     with pytest.raises(NotInvertible, match=r'^/in/data would be 0\.65, and was learned from 0\.4 to 0\.6 only$'):
@@ -159,7 +167,7 @@ def test_an_input_stays_in_the_range_that_was_learned():
 
 def test_what_may_not_be_sent_is_asked_of_others():
     found = following(dependency(0))
-    found.hear('/in', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
     asked = []
     out = found.tracked(Float64(1.0), 1.2, True).data
     found.solve(out, lambda part: solve(part, 1.1), lambda topic, _, path, value: asked.append((topic, path, value)))
@@ -169,9 +177,9 @@ def test_what_may_not_be_sent_is_asked_of_others():
 def test_what_moves_the_other_way_is_refused():
     for value, how in ((1.0, 'not moved'), (0.9, 'moved the other way')):
         found = following(dependency(0))
-        found.hear('/in', Float64(track(0.5, A)), 1.0)
+        found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
         forced(found, found.tracked(Float64(1.0), 1.2, True).data, 1.1)
-        found.hear('/in', Float64(track(0.55, A)), 1.3)
+        found.hear('/in', '/talker', Float64(track(0.55, A)), 1.3)
         out = found.tracked(Float64(value), 1.5, True).data
         for _ in range(2):
             with pytest.raises(NotInvertible, match=rf'^it has {how}, and was to move by \+0\.1 as was learned$'):
@@ -180,9 +188,9 @@ def test_what_moves_the_other_way_is_refused():
 
 def test_what_is_seen_corrects_the_slope():
     found = following(dependency(0))
-    found.hear('/in', Float64(track(0.5, A)), 1.0)
+    found.hear('/in', '/talker', Float64(track(0.5, A)), 1.0)
     forced(found, found.tracked(Float64(1.0), 1.2, True).data, 1.1)
-    found.hear('/in', Float64(track(0.55, A)), 1.3)
+    found.hear('/in', '/talker', Float64(track(0.55, A)), 1.3)
     assert forced(found, found.tracked(Float64(1.2), 1.5, True).data, 1.1) == {A: pytest.approx(0.525)}
 
 

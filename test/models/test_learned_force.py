@@ -3,6 +3,7 @@
 import contextlib
 import math
 import re
+import signal
 import subprocess
 import sys
 import textwrap
@@ -94,8 +95,9 @@ def refused(*arguments):
 
 def set_gain(gain):
     """Give the node that runs another gain, which nobody sees."""
-    subprocess.run(['rostopic', 'pub', '-1', '/set_gain', 'std_msgs/Float64', '--', str(gain)], check=True)
-    wait_until(lambda: sent() == gain * 0.5 + 1.0, 'the node has another gain')
+    subprocess.run(['rostopic', 'pub', '-1', '/set_gain', 'std_msgs/Float64', f'data: {gain}'], check=True)
+    wanted = float(str(gain).strip('.')) * 0.5 + 1.0
+    wait_until(lambda: str(sent()) == str(wanted), 'the node has another gain')
 
 
 def test_a_gain_is_reached_in_one_round(program, master):
@@ -187,6 +189,38 @@ def test_a_node_that_does_something_else_is_left(program, master, gain, how):
         said = refused('/out/data', str(gain * 0.5 + 1.0 + 0.05))
         assert f'; it has {how}, and was to move by +0.05 as was learned; taken back\n' in said
         assert sent() == gain * 0.5 + 1.0
+
+
+def test_a_node_that_sends_nan_is_not_as_wanted(program, master):
+    with learned(program, 'gain'):
+        set_gain('.nan')
+        refused('/out/data', '2.3')
+
+
+def test_each_number_of_an_array_has_to_be_as_wanted(program, master):
+    with learned(program, 'array'):
+        assert 'nothing that was tried moves data[2], which is 7.0' in refused('/array/data', '[126.0, 2.0, 7.001]')
+        assert 'nothing that was tried moves data[2], which' in refused('/array/data', '[126, 2, 8]', '--dry-run')
+        rows, said = forced('/array/data', '[126.0, 2.02, 7.0]')
+        assert ([row[0] for row in rows], said) == (['/talker/first', '/talker/second'], '')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_what_is_interrupted_is_taken_back(program, master, number):
+    with learned(program, 'gain'):
+        subprocess.run(['rostopic', 'pub', '-1', '/set_most', 'std_msgs/Float64', '0.51'], check=True)
+        process = subprocess.Popen(
+            ['rosslt', 'force', '/out/data', '2.3', '--timeout', '60'],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wait_until(lambda: value('first') == 0.52, 'it is changed')
+        process.send_signal(number)
+        printed, said = process.communicate(timeout=60)
+        assert (process.returncode, printed) == (1, '')
+        assert re.fullmatch(BY + 'rosslt force: interrupted\n', said)
+        assert value('first') == 0.5
 
 
 def test_of_two_sources_what_is_chosen_and_not_locked_changes(program, master):

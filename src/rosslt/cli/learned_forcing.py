@@ -1,5 +1,6 @@
 """Forcing a field of a node that nobody tracks, by what `rosslt learn` has found of the node."""
 
+import math
 import time
 from collections import deque
 from typing import (
@@ -28,7 +29,7 @@ from rosslt.node import Heard
 if TYPE_CHECKING:
     from rosslt.models import Following
 
-#: A field is as wanted if it lacks no more than this part of the change that was wished.
+#: A field is as wanted if each number in it lacks no more than this part of the change that was wished.
 NEAR = 1e-3
 
 
@@ -125,13 +126,19 @@ def _following(
         return fresh.why_stale
     from rosslt import models
 
-    paths = [joined(field, path) for path, leaf in values.leaves(target_of(received)) if leaf is not None]
+    wanted = {joined(field, path): leaf for path, leaf in values.leaves(target_of(received)) if leaf is not None}
     thing = messages.thing_of(received.message)
     try:
-        following = models.Following(fresh.kept.answers, received.topic, thing, field, paths)
+        following = models.Following(fresh.kept.answers, received.topic, thing, field, list(wanted))
     except models.NotFollowed as error:
         return str(error)
-    return following if following.ranges else learned.why_nothing(fresh.kept, received, field)
+    if not following.ranges:
+        return learned.why_nothing(fresh.kept, received, field)
+    for path, target in wanted.items():
+        part, type_ = messages.part_at(received.message, path)
+        if path not in following.paths and not messages.is_reached(part, target, type_):
+            return f'nothing that was tried moves {path}, which is {part!r}'
+    return following
 
 
 def _check_input(topic: str, message: Message, path: str, value: float) -> None:
@@ -190,7 +197,7 @@ class LearnedStream:
     def _take(self, heard: Heard) -> None:
         now, basis = time.monotonic(), self._basis
         if heard.topic in basis.following.topics:
-            basis.following.hear(heard.topic, heard.message, now)
+            basis.following.hear(heard.topic, heard.publisher, heard.message, now)
         if heard.topic == basis.topic and heard.publisher == basis.publisher:
             self._waiting.append((now, heard))
 
@@ -200,7 +207,7 @@ class LearnedForcing(node.Forcing):
 
     expected_by = 'what was learned'
     basis: Basis
-    _wished = 0.0  # how far the field was from the target in the first message
+    _wished: Optional[List[float]] = None  # how far each leaf was from its target in the first message
 
     def solve(self, part: Any, limits: Mapping[str, Any]) -> Dict[values.Source, Any]:
         """Solve for the field of a message."""
@@ -210,5 +217,9 @@ class LearnedForcing(node.Forcing):
         found = super()._observed(message)
         if found is None:
             return None
-        self._wished = self._wished or found.distance
-        return found._replace(is_reached=found.is_reached or found.distance <= NEAR * self._wished)
+        lacks = messages.lacks(found.part, self.wanted, messages.part_at(message, self.path)[1])
+        self._wished = self._wished or lacks
+        is_reached = len(lacks) == len(self._wished) and all(
+            lack <= NEAR * wished < math.inf for lack, wished in zip(lacks, self._wished)
+        )
+        return found._replace(is_reached=found.is_reached or is_reached)

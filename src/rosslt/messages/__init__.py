@@ -18,6 +18,7 @@ from rosslt.messages.field_path import (
     distance,
     is_reached,
     is_sent_as,
+    lacks,
     part_at,
     path_steps,
     topic_in,

@@ -140,6 +140,22 @@ def is_sent_as(value: Scalar, reading: Scalar) -> bool:
         return False
 
 
+def lacks(part: Message, wanted: Message, type_: str = '') -> List[float]:
+    """How far each leaf of a part of a message is from its target: 0 if it is met, infinite if a text or a bool differs
+    or a number is NaN.
+
+    Args:
+        part, wanted, type_: as in `is_reached`.
+
+    Raises:
+        ValueError: as in `is_reached`.
+    """
+    return [
+        0.0 if _is_met(leaf, target, kind, 0.0) else distance(leaf, target)
+        for leaf, target, kind in _paired(part, wanted, type_)
+    ]
+
+
 def distance(part: Message, wanted: Message) -> float:
     """Return the Euclidean distance of a part of a message from its target; infinite if a text or a bool differs."""
     total = 0.0

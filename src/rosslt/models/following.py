@@ -100,6 +100,7 @@ class Following:
 
     Attributes:
         ranges: the inputs that it follows.
+        paths: those of the numbers that follow them.
         delay: the seconds from an input to when the field stays as that makes it.
 
     Raises:
@@ -140,10 +141,11 @@ class Following:
         self.ranges = [Range(number, *limits[number]) for number in slopes]
         self.delay = max((answer.settled for answer in answers), default=0.0)
         self._thing, self._field = thing, field
-        self._paths = [path for path in paths if path in moved]
+        self.paths = [path for path in paths if path in moved]
         sizes = [(one.high - one.low) or 1.0 for one in self.ranges]
-        matrix = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self._paths]
+        matrix = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self.paths]
         self._model = LocalModel(matrix, sizes)
+        self._senders: Dict[Tuple[str, Hashable], Dict[str, None]] = {}
         self._heard: Dict[Tuple[str, Hashable], Deque[Tuple[float, messages.Message]]] = {
             (one.number.topic, one.number.thing): deque() for one in self.ranges
         }
@@ -154,15 +156,18 @@ class Following:
         """Those of the inputs."""
         return list(dict.fromkeys(one.number.topic for one in self.ranges))
 
-    def hear(self, topic: str, message: messages.Message, came: float) -> None:
+    def hear(self, topic: str, sender: str, message: messages.Message, came: float) -> None:
         """Take in a message with inputs.
 
         Args:
+            sender: the node that sends it.
             came: when, in seconds of any clock.
         """
-        heard = self._heard.get((topic, messages.thing_of(message)))
+        key = topic, messages.thing_of(message)
+        heard = self._heard.get(key)
         if heard is None:
             return
+        self._senders.setdefault(key, {})[sender] = None
         heard.append((came, message))
         while len(heard) > 1 and heard[1][0] <= came - 2 * self.delay:  # of messages that wait for their inputs, too
             heard.popleft()
@@ -181,6 +186,9 @@ class Following:
             message: of the node.
             came: when, by the clock of `hear`.
             is_due: whether no input of its own stamp is waited for.
+
+        Raises:
+            values.NotInvertible: none has the same stamp, and several nodes send an input.
         """
         if messages.thing_of(message) != self._thing:
             return None
@@ -190,6 +198,11 @@ class Following:
             before = [one for when, one in heard if when <= came - self.delay] if is_due else []
             if not (same or before):
                 return None
+            if not same and len(self._senders[key]) > 1:
+                names = ' and '.join(self._senders[key])
+                raise values.NotInvertible(
+                    f'{names} send {key[0]}, and no stamp says of which of their messages {self._field} is made'
+                )
             sent[key] = (same or before)[-1]
         of_each = [sent[one.number.topic, one.number.thing] for one in self.ranges]
         try:
@@ -204,10 +217,10 @@ class Following:
 
     def _made(self, moment: Moment) -> messages.Message:
         outputs = self._outputs(moment)
-        return with_numbers(moment.message, dict(zip(self._paths, self._model.tracked(moment.inputs, outputs))))
+        return with_numbers(moment.message, dict(zip(self.paths, self._model.tracked(moment.inputs, outputs))))
 
     def _outputs(self, moment: Moment) -> List[float]:
-        return [messages.part_at(moment.message, path)[0] for path in self._paths]
+        return [messages.part_at(moment.message, path)[0] for path in self.paths]
 
     def solve(
         self,

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import signal
 import sys
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
@@ -15,7 +16,7 @@ from rosslt.cli.fields import conditions, field_of, meant_where, path_where, sou
 from rosslt.cli.learned_forcing import NEAR, Basis, LearnedStream, basis_of
 from rosslt.cli.master import TIMEOUT, find_master, split_topic
 from rosslt.cli.output import is_terminal, write_change, write_note
-from rosslt.cli.reading import LINK_ARGUMENTS, Messages, heard_publishers, link_of, listener
+from rosslt.cli.reading import LINK_ARGUMENTS, Messages, heard_publishers, link_of, listener, start_node
 from rosslt.cli.verb import CHANGE, Argument
 from rosslt.messages import Scalar, is_reached
 from rosslt.node import Directory, Heard
@@ -28,14 +29,14 @@ SUMMARY = 'have a field of a topic become a value, by changing where it comes fr
 DESCRIPTION = """Take the next message of a topic, solve for the sources of a field of it, and have their nodes change
 them, so that the field of the messages to come is VALUE; then look at the next message. If the field is not VALUE,
 as the node has taken another branch for instance, the new message is solved, and so on. Prints what changed, and after
-how many messages it was seen. If VALUE is not reached, the changes are taken back, and the exit code is 1. If the node
-has latched its last message and sends none, its change stays, and it is said that none has shown it yet. If
+how many messages it was seen. If VALUE is not reached, or at Ctrl-C, changes are taken back, and the exit code is 1.
+If the node has latched its last message and sends none, its change stays, and it is said that none has shown it yet. If
 several nodes publish the topic, it is about the first one by name whose messages have a source, unless --node or
 --source says another.
 
 Of a node that is not tracked and of which `rosslt learn` has found something, the learned slopes say how the field
 follows the node's inputs, and the sources of these change. What the node sends then corrects the slopes. A field is
-reached if it lacks at most a thousandth of the change. No input leaves the range in which it was learned.
+reached if each number in it lacks at most a thousandth of its change. No input leaves the range that was learned.
 
 With --frame, it is about a link of a robot, where its JointState and robot_description say it is: position/x, y and z
 in metres, orientation/roll, pitch and yaw in radians, in the link --in. The joints before it move, each within its
@@ -89,7 +90,9 @@ _SO_ALREADY = 'nothing to change: it is so already'
 def run(options: argparse.Namespace) -> None:
     if options.rounds < 1:
         raise Misused(f'--rounds must be at least 1, found {options.rounds}')
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does: what was changed is taken back
     master, directory = find_master(), Directory()
+    start_node(disable_signals=True)  # a node that is shut down could not take it back
     link = link_of(master, options)
     topic, _, field = (link.topic, '', options.field) if link else split_topic(master, options.field)
     values.describe_sources_with(directory.describe)
@@ -207,6 +210,8 @@ def _forced(directory: Directory, forcing: node.Forcing, received: Heard) -> nod
     """
     try:
         return forcing.run(received)
+    except KeyboardInterrupt as error:
+        raise Failure('; '.join(['interrupted', *map(str, error.args)])) from None
     except node.NotReached as error:
         if not error.outcome.is_taken_back:
             _show(directory, error.outcome.changes)

@@ -54,6 +54,7 @@ class ChangeRequest:
         self.before: Dict[Source, messages.Scalar] = {}
         self.after: Dict[Source, messages.Scalar] = {}
         self._former: Dict[Source, Set[Any]] = {}  # all values before the latest one
+        self._unanswered: Set[str] = set()  # nodes whose answer an interrupt has cut off: they may have changed
 
     def step(self, wanted: Mapping[Source, messages.Scalar]) -> Dict[Source, Change]:
         """Have owners give sources new values, all or none.
@@ -67,11 +68,14 @@ class ChangeRequest:
         """
         self.requested = time.monotonic()
         self.began = min(self.began, self.requested)
+        self._unanswered = {source.node for source in wanted}
         try:
             changed = request_values(wanted, self._timeout, self.id, self._asker)
         except values.Error as error:
+            self._unanswered = set()
             self.note(getattr(error, 'changed', {}))
             raise
+        self._unanswered = set()
         self.note(changed)
         return changed
 
@@ -139,7 +143,8 @@ class ChangeRequest:
     def take_back(self) -> str:
         """Give all sources the values that they had before; the reason if that is not done, else ''."""
         requester = rospy.get_name() if self._asker is None else self._asker.name
-        undone = undo_request(self.id, {source.node for source in self.changes}, requester, self._timeout)
+        nodes = {source.node for source in self.changes} | self._unanswered
+        undone = undo_request(self.id, nodes, requester, self._timeout)
         if undone.changes or not undone.reasons:
             self.before, self.after, self._former = {}, {}, {}
         whys = [f'{node}: {why}' for node, why in undone.reasons.items()]

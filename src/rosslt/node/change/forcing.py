@@ -266,20 +266,18 @@ class Forcing:
         """Solve for the later of two observations before the change, and look at the messages after it."""
         self._before = before
         self._loop = loop = ClosedLoop(self._request, self._change, self.rounds, self.timeout)
-        loop.solve(before)
-        if self.sources is None:
-            self.sources = first.expression.sources  # later rounds change no others
-        while not loop.is_over:
-            latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
-            error = self._why_raised()
-            if error:
-                self._notes.append(error)
-                break
-            if time.monotonic() >= loop.end:
-                loop.pass_time()
-            elif latest is not None:
-                self._take(latest)
-        if loop.is_reached and self._is_kept():
+        try:
+            loop.solve(before)
+            if self.sources is None:
+                self.sources = first.expression.sources  # later rounds change no others
+            self._look()
+            is_reached = loop.is_reached and self._is_kept()
+        except BaseException as error:  # an interrupt among them
+            why = '' if self.keep_anyway else self._request.take_back()
+            if why:
+                error.args = ('; '.join(filter(None, [str(error), f'the change could not be taken back: {why}'])),)
+            raise
+        if is_reached:
             return self._outcome(is_reached=True, reason=self._request.outdated())
         if self._is_latched and self._is_awaited():
             names = ' and '.join(map(self._name, self._request.after))
@@ -291,6 +289,20 @@ class Forcing:
         if loop.last is None and not self._notes:
             self._notes.append(self._why_silent() if loop.rounds else 'its sources have the values that should do it')
         raise self._not_reached()
+
+    def _look(self) -> None:
+        """Look at the messages after a change, until they have shown what has come of it."""
+        loop = self._loop
+        while not loop.is_over:
+            latest = self.stream.next_before(min(loop.end, time.monotonic() + ERROR_PERIOD))
+            error = self._why_raised()
+            if error:
+                self._notes.append(error)
+                break
+            if time.monotonic() >= loop.end:
+                loop.pass_time()
+            elif latest is not None:
+                self._take(latest)
 
     def _why_moving(self, first: Observation, later: Observation) -> str:
         """Say that the field changes by itself, and which numbers move it."""
