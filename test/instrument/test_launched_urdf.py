@@ -185,6 +185,21 @@ def test_a_text_that_somebody_else_sets_is_the_one_that_is_changed(launch):
     assert rospy.get_param('robot_description') == '<robot'
 
 
+@pytest.mark.parametrize('theirs', [[1, 2], {'x': 1}], ids=['list', 'dict'])
+def test_what_is_no_text_has_no_numbers(launch, theirs):
+    launched = launch(inside='<param name="left/robot_description" textfile="$(dirname)/arm.urdf"/>' + PUBLISHER)
+    name = '/robot_description/camera_joint/xyz/0'
+    others = [line[0] for line in locations('/left/robot_description')]
+    locations()
+    rospy.set_param('robot_description', theirs)
+    wait_until(lambda: command('get', name).returncode != 0, 'it is gone')
+    assert [line[0] for line in lines('list')] == others
+    rospy.delete_param('robot_description')
+    rospy.set_param('robot_description', URDF)
+    wait_until(lambda: command('get', name).stdout == '0.1\n', 'it is there again')
+    assert 'Traceback' not in launched.log.read_text()
+
+
 def test_a_file_that_was_edited_at_this_number_is_left(launch):
     launched = launch()
     locations()
@@ -219,6 +234,16 @@ def test_two_robots_of_one_file_are_told_apart(launch):
     assert launched.urdf.read_text() == URDF.replace('0.10 0', '0.25 0')
 
 
+def test_a_publisher_does_not_read_a_robot_below_its_name(launch):
+    own = '<param name="robot_description" command="sed s/0.10/0.30/ $(dirname)/arm.urdf"/>'
+    launch(inside=PUBLISHER.replace('/>', f'>{own}</node>'))
+    camera(0.1, 0, 0.5)
+    locations()
+    changed = command('set', '/robot_description/camera_joint/xyz/0', '0.25')
+    assert changed.stderr == 'rosslt set: it takes effect as `rosslt launch` starts /publisher again\n'
+    camera(0.25, 0, 0.5)
+
+
 @pytest.mark.parametrize(
     ('said', 'given', 'reason'),
     [
@@ -243,11 +268,15 @@ def test_what_cannot_be_changed_says_why(launch, said, given, reason):
         ('state_publisher', '/right/', [], '/robot_description'),
         ('joint_state_publisher', '/', [('robot_description', 'arm')], '/arm'),
         ('joint_state_publisher_gui', '/left/', [('/left/robot_description', '/arm')], '/arm'),
+        ('robot_state_publisher', '/up/', [], '/robot_description'),
+        ('joint_state_publisher', '/up/', [], '/up/reader/robot_description'),
         ('talker', '/', [], None),
     ],
 )
 def test_a_node_reads_the_robot_that_is_nearest(kind, namespace, remapped, expected):
-    parameters = dict.fromkeys(['/robot_description', '/left/robot_description', '/arm', '/right/rate'])
+    parameters = dict.fromkeys(
+        ['/robot_description', '/left/robot_description', '/arm', '/right/rate', '/up/reader/robot_description']
+    )
     one = SimpleNamespace(type=kind, namespace=namespace, name='reader', remap_args=remapped)
     assert [name for name in parameters if is_reader(one, name, parameters)] == ([expected] if expected else [])
 

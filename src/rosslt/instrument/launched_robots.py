@@ -17,6 +17,9 @@ _READERS = {
     'joint_state_publisher_gui': ('limit',),
 }
 
+#: Those of them that look for it below their own name first.
+_PRIVATE_FIRST = ('joint_state_publisher', 'joint_state_publisher_gui')
+
 
 class RobotText(NamedTuple):
     """A parameter that a robot's file gives.
@@ -76,7 +79,7 @@ def is_reader(one: Any, name: str, parameters: Mapping[str, Any]) -> bool:
     asked = next(remapped, node.ROBOT_DESCRIPTION)
     if asked.startswith('/'):
         return asked == name
-    within = ns_join(one.namespace, one.name) + '/'
+    within = ns_join(one.namespace, one.name) + '/' if one.type in _PRIVATE_FIRST else one.namespace
     while ns_join(within, asked) not in parameters and within != '/':
         within = namespace(within)
     return ns_join(within, asked) == name

@@ -282,7 +282,9 @@ class ReadParameters:
         found: Dict[str, Scalar] = {}
         _leafwise('', known, found.setdefault)
         for key in self._robots:
-            numbers = numbers_in(found.pop(key, None))
+            # Somebody may have set it to a list or dict, whose scalars are no numbers of a robot.
+            found = {name: value for name, value in found.items() if not is_within(name, key)}
+            numbers = numbers_in(part_of(known, key))
             found.update((f'{key}/{name}', value) for name, value in numbers.items())
         for key, default in self._defaults.items():
             if part_of(known, key) is None:
