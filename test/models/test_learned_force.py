@@ -11,7 +11,6 @@ import textwrap
 import pytest
 import rospy
 
-from support import opaque_nodes
 from support.opaque_nodes import ARM, STATE_PUBLISHER, running
 from support.processes import Node, wait_until
 from support.shell import failure, on_terminal, rosslt
@@ -39,20 +38,6 @@ while not rospy.is_shutdown():
     rate.sleep()
 """
 BY = r'rosslt force: by the slopes that were learned of /opaque \d+ (s|min) ago\n'
-
-
-@pytest.fixture(scope='module', autouse=True)
-def kept_apart(tmp_path_factory):
-    """What is learned is kept in a folder of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_HOME', str(tmp_path_factory.mktemp('ros_home')))
-        yield
-
-
-@pytest.fixture(scope='module')
-def program(tmp_path_factory):
-    """The program of `nodes.cpp`."""
-    return opaque_nodes.built(tmp_path_factory.mktemp('opaque'))
 
 
 @contextlib.contextmanager

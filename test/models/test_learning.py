@@ -15,7 +15,6 @@ import rospy
 from std_srvs.srv import Empty
 
 from rosslt.models import LiveProcess, NotLearned, Recording, learn_node
-from support import opaque_nodes
 from support.opaque_nodes import ARM, STATE_PUBLISHER, running
 from support.processes import wait_until
 from support.shell import failure, lines, on_terminal, record_bag, rosslt
@@ -60,20 +59,6 @@ while not rospy.is_shutdown():
     publisher.publish(state)
     rate.sleep()
 """
-
-
-@pytest.fixture(scope='module', autouse=True)
-def kept_apart(tmp_path_factory):
-    """What is learned is kept in a folder of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_HOME', str(tmp_path_factory.mktemp('ros_home')))
-        yield
-
-
-@pytest.fixture(scope='module')
-def program(tmp_path_factory):
-    """The program of `nodes.cpp`."""
-    return opaque_nodes.built(tmp_path_factory.mktemp('opaque'))
 
 
 @pytest.fixture
