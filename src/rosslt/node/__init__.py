@@ -44,7 +44,8 @@ from rosslt.node.change.client import (
     undo_request,
 )
 from rosslt.node.change.closed_loop import ClosedLoop
-from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field, solve_by_effect
+from rosslt.node.change.effects import solve_by_effect
+from rosslt.node.change.forcing import Forcing, NotReached, Outcome, force_field
 from rosslt.node.change.history import new_request_id
 from rosslt.node.change.last_change import histories, last_change, taking_part, values_in_code
 from rosslt.node.change.matching import Aim, Matching

@@ -1,6 +1,5 @@
 """Forcing a field of a topic: a change is believed when a message shows it, and else it is said what came instead."""
 
-import contextlib
 import dataclasses
 import time
 from typing import Any, Collection, Dict, Iterable, List, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
@@ -12,6 +11,7 @@ from rosslt.node.api import started
 from rosslt.node.change.change_request import ChangeRequest, is_equal
 from rosslt.node.change.client import Asker, Change, ChangeRejected, SourceUnreachable, solved
 from rosslt.node.change.closed_loop import LOOK, ClosedLoop
+from rosslt.node.change.effects import effects_of, moved, solve_by_effect
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import MOST_NAMED, Observation, comes_from, is_alike, observe
 from rosslt.node.locations.uses import shared_in, tracked_of_thing
@@ -93,46 +93,6 @@ def thing_of(message: messages.Message, path: str) -> Tuple[Any, ...]:
         and where != own
         and not values.is_tracked(leaf)
     )
-
-
-def solve_by_effect(
-    part: Any, wanted: Any, sources: Optional[Collection[Source]], limits: Mapping[str, Any]
-) -> Dict[Source, Any]:
-    """Solve for a part of a message as `values.solve` does. For one number, the sources that move it most for their
-    size are tried first: at rest an error of a controller is almost 0, and its gain would have to be huge. For several,
-    as many change as suffice, as in a drag. As there, what rounding has done to the numbers is taken off.
-
-    Args:
-        part, wanted, sources: as those of a Forcing.
-        limits: as of `Directory.limits`.
-    """
-    moved, targets = _moved(part, wanted)
-    if len(moved) > 1:
-        with contextlib.suppress(values.NotInvertible):
-            return values.continued(moved, targets, values.source_values(moved), sources=sources, **limits)
-    if len(moved) == 1:
-        effects = _effects(moved, limits)
-        least = min(filter(None, effects.values()), default=1.0)
-        limits = {**limits, 'weights': {source: 1.0 / (effect or least) for source, effect in effects.items()}}
-        return values.continued(moved, targets, {}, sources=sources, **limits)
-    return values.solve(part, wanted, sources=sources, **limits)
-
-
-def _moved(part: Any, wanted: Any) -> Tuple[List[Any], List[Any]]:
-    """The tracked leaves of a part of a message that are to have a value, and these values."""
-    targets = dict(values.leaves(wanted))
-    found = [(leaf, targets.get(path)) for path, leaf in values.leaves(part) if values.is_tracked(leaf)]
-    return [leaf for leaf, target in found if target is not None], [target for _, target in found if target is not None]
-
-
-def _effects(leaves: Sequence[Any], limits: Mapping[str, Any]) -> Dict[Source, float]:
-    """By how much each source moves, for its size, the one of several numbers that it moves most."""
-    found: Dict[Source, float] = {}
-    for leaf in leaves:
-        if isinstance(leaf, (int, float)):
-            of_one = values.effects(leaf, bounds=limits['bounds'], weights=limits.get('weights'))
-            found.update({source: max(effect, found.get(source, 0.0)) for source, effect in of_one.items()})
-    return found
 
 
 def force_field(
@@ -307,7 +267,7 @@ class Forcing:
     def _why_moving(self, first: Observation, later: Observation) -> str:
         """Say that the field changes by itself, and which numbers move it."""
         limits = self.asker.directory.limits(values.sources(later.part), OWNER_TIMEOUT)
-        effects = _effects(_moved(later.part, self.wanted)[0], limits)
+        effects = effects_of(moved(later.part, self.wanted)[0], limits)
         movable = [source for source, effect in effects.items() if effect and source not in limits['read_only']]
         most = sorted(movable, key=lambda source: -effects[source])[:MOST_NAMED]
         told = (

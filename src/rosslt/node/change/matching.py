@@ -7,7 +7,8 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 from rosslt import messages, values
 from rosslt.node.change.client import solved
 from rosslt.node.change.closed_loop import LOOK
-from rosslt.node.change.forcing import OWNER_TIMEOUT, Forcing, Outcome, solve_by_effect, thing_of
+from rosslt.node.change.effects import solve_by_effect
+from rosslt.node.change.forcing import OWNER_TIMEOUT, Forcing, Outcome, thing_of
 from rosslt.node.change.observation import Observation, is_alike, observe
 from rosslt.node.locations.uses import shared_in, tracked_of_thing
 from rosslt.node.robot_description import check_joint_limits
