@@ -5,6 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from textwrap import dedent
 
 import pytest
+import rospy
+from rosslt.srv import ChangeSources, ListLocations
 
 from support.processes import Node, wait_until
 from support.shell import failure, rosslt
@@ -146,6 +148,47 @@ def test_two_who_change_what_ends_the_main_program_are_both_told(master):
         assert node.read_line() == 'ready'
         wait_until(lambda: rosslt('get', '/stopping/other').stdout == '3.0\n', 'it goes round with it')
         assert rosslt('get', '/stopping/scale').stdout == '2.0\n'
+
+
+def test_what_is_taken_back_at_the_end_is_so_at_a_slow_master(master):
+    code = """
+        from rosslt.node.parameters.server import ParameterServer
+
+        def set_slowly(server, pairs, set_now=ParameterServer.set):
+            time.sleep(2.5)
+            set_now(server, pairs)
+
+        ParameterServer.set = set_slowly
+        """
+    with Node('waning', dedent(code) + dedent(HALTING)) as node:
+        assert node.read_line() == 'ready'
+        told = failure('set', '/waning/scale', '0')
+        assert told.endswith('(waning.py:{}), which ends the node; taken back'.format(node.line_of('1.0 / scale'))), (
+            told
+        )
+        assert node.process.wait(30) == 1
+        assert master.getParam('/waning/rosslt/scale') == 2.0
+
+
+def test_a_node_that_ends_does_not_commit_what_it_has_prepared(master):
+    code = 'import rosslt.node.location_server as owner\nowner.AWAITED = 60.0\n' + dedent(HALTING)
+    with Node('fading', code.replace('1.0 / scale', "1.0 / scale / rosslt.location(3.0, name='other')")) as node:
+        assert node.read_line() == 'ready'
+        listed = rospy.ServiceProxy('/fading/rosslt/list_locations', ListLocations)
+        change = rospy.ServiceProxy('/fading/rosslt/change_sources', ChangeSources)
+        wait_until(lambda: len(listed().locations) == 2, 'it goes round')
+        ids = {one.name: one.id for one in listed().locations}
+        prepared = {'transaction_id': 'two', 'nodes': ['/fading', '/else'], 'requester': '/else'}
+        answer = change(phase='prepare', lease=5.0, location_ids=[ids['other']], values=['0.0'], **prepared)
+        assert answer.state == 'prepared', answer
+        change(request_id='its end', requester='/hand', location_ids=[ids['scale']], values=['0.0'])
+        wait_until(lambda: 'ZeroDivisionError' in node.logged(), node.logged)
+        answer = change(phase='commit', **prepared)
+        why = 'the node ends: its main program has raised an exception'
+        assert (answer.state, answer.reasons) == ('refused', [why]), answer
+        assert change(phase='state', request_id='its end').state == 'aborted'
+        assert node.process.wait(30) == 1
+        assert {name: master.getParam('/fading/rosslt/' + name) for name in ids} == {'scale': 2.0, 'other': 3.0}
 
 
 def test_what_else_is_taken_back_with_a_change_is_named(master):

@@ -296,6 +296,8 @@ class Owner:
         self._calls.look_again()
         if what_ends == ENDS:
             self._wait_until_asked(suspects)
+            if suspects and not self.parameters.wait_for_all():
+                rospy.logerr('what is taken back is not set at the master, which does not answer')
         return set(states) == {APPLIED}
 
     def _wait_until_asked(self, requests: Sequence[Request]) -> None:
@@ -345,13 +347,17 @@ class Owner:
     def changeable(self, location: Location, requester: str) -> Location:
         """A location that takes changes of that requester; raises Refused if it does not."""
         self.access.check(location.name, requester)
-        if self.main_ends and requester != self.name:
-            raise Refused('the node ends: its main program has raised an exception')
+        self.check_goes_on(requester)
         if location.read_only:
             raise Refused(f'{location.name} is read-only')
         if isinstance(location, ParameterLocation):
             self.read_parameters.check_other_readers([location])
         return location
+
+    def check_goes_on(self, requester: str) -> None:
+        """Raises Refused if this node ends, and takes changes from itself alone."""
+        if self.main_ends and requester != self.name:
+            raise Refused('the node ends: its main program has raised an exception')
 
     def apply(
         self, wanted: Sequence[Tuple[Location, Scalar]], requester: str, request_id: str = '', record: bool = True

@@ -203,6 +203,7 @@ class CommitParticipant:
             for location, _ in change.wanted:
                 if self._owner.known(location.id) is not location:
                     raise Refused(f'{location.name} was replaced meanwhile; list the locations and try again')
+            self._owner.check_goes_on(change.requester)
             change.reasons, change.changes = self._owner.apply(
                 change.wanted, change.requester, change.request_id, record=not change.is_undo
             )

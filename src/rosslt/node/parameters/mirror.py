@@ -81,6 +81,7 @@ class Parameters:
         self._unread: Dict[str, None] = {}
         self._asked = 0  # requested writes, and how many of them are done
         self._done = 0
+        self._is_answered = True  # by the master, when it was asked last
         self._is_cleared = False
         self._own: Tree = {}  # what others have set in the namespace
         self._records: Tree = {}
@@ -239,6 +240,12 @@ class Parameters:
         with self._wake:
             return self._wake.wait_for(lambda: self._done >= written, timeout)
 
+    def wait_for_all(self) -> bool:
+        """Wait until all that was asked for is written, or the master does not answer; True if it is written."""
+        with self._wake:
+            self._wake.wait_for(lambda: self._done >= self._asked or not self._is_answered)
+            return self._done >= self._asked
+
     def write_again(self, location: Location) -> None:
         """Have the record of a literal say what the code says now, if there is one."""
         if location in self._shown:
@@ -280,7 +287,7 @@ class Parameters:
             self._wake.notify_all()
 
     def _work(self) -> None:
-        while not rospy.is_shutdown():
+        while self._unwritten or not rospy.is_shutdown():
             with self._wake:
                 self._wake.wait_for(lambda: self._unwritten or self._unread)
                 asked, unwritten, unread = self._asked, self._unwritten, self._unread
@@ -294,6 +301,9 @@ class Parameters:
             except NO_MASTER as error:
                 why = f'the master does not answer ({error}); trying again'
                 rospy.logwarn_throttle(30, 'parameters below %s do not follow, %s', self.namespace, why)
+                with self._wake:
+                    self._is_answered = False
+                    self._wake.notify_all()
                 rospy.rostime.wallsleep(RETRY_PERIOD)
                 with self._wake:
                     self._unwritten.update(unwritten)
@@ -303,7 +313,7 @@ class Parameters:
                 # Without this thread, no parameter would follow any more.
                 rospy.logerr('keeping parameters failed with %s: %.500s', type(error).__name__, error)
             with self._wake:
-                self._done = asked
+                self._done, self._is_answered = asked, True
                 self._wake.notify_all()
 
     def _write(self, changed: List[Union[Location, str]]) -> None:
