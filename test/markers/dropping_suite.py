@@ -138,6 +138,18 @@ class Dropping(unittest.TestCase):
         wait_until(lambda: self.values_of('begun')[-1:] == [0.0], lambda: f'it to be undone: {self.values_of("begun")}')
         wait_until(lambda: self.hand.position(handle('gone_on'))[0] < 5.0, 'the cube to be where its node has it')
 
+    def test_what_stands_on_the_ground_grows_until_it_reaches_the_hand(self):
+        name = handle('tower') + ':scale.z'
+        for hand, by, height in ((self.hand, 0.5, 2.5), (self.live, -1.0, 1.5)):
+            hand.release(hand.press(handle('tower')))  # a click has it show its sizes
+            hand.drag(name, dz=by, steps=20)
+            wait_until(lambda there=height: abs(parameter('height') - there) < NOISE, 'the height to follow')
+            wait_until(
+                lambda there=height, hand=hand: abs(hand.position(name)[2] - there) < NOISE, 'the top to be at the hand'
+            )
+            time.sleep(A_WHILE)
+            self.assertLess(abs(parameter('height') - height), NOISE)
+
     def values_of(self, name):
         """What a location has become, in turn."""
         return [json.loads(change.new_value) for change in self.changes if change.name == name]

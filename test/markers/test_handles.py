@@ -380,6 +380,37 @@ def test_a_size_grows_on_both_sides_and_stays_above_zero():
     assert handle.wanted(beyond, moved=True, turned=False)[1][0] > 0.0
 
 
+@pytest.mark.parametrize('seed', range(20))
+def test_a_handle_comes_to_the_hand_if_its_thing_moves_with_it(seed):
+    random = numpy.random.RandomState(seed)
+    height, aside = tracked(random.uniform(1.0, 3.0)), tracked(random.uniform(-1.0, 1.0), 2)
+    slope, turn = random.uniform(-0.3, 1.0), random.uniform(-3.0, 3.0)
+
+    def shown(height, aside):
+        message = marker(Marker.SPHERE_LIST if seed % 2 else Marker.CUBE)
+        message.pose.orientation.z, message.pose.orientation.w = math.sin(turn / 2), math.cos(turn / 2)
+        message.pose.position.x = slope * height * plain_math.cos(turn) + aside
+        message.pose.position.y = slope * height * plain_math.sin(turn)
+        if seed % 2:
+            message.points = [Point(height, 0.0, 0.0)]
+            return handles(message)['/topic:thing:0:points[0]']
+        message.scale.x = height
+        return handles(message)['/topic:thing:0:scale.x']
+
+    handle = shown(height, aside)
+    out = random.uniform(0.1, 0.8)
+    there = (handle.pose[0] + out * plain_math.cos(turn), handle.pose[1] + out * plain_math.sin(turn), *handle.pose[2:])
+    wanted, targets = handle.wanted(there, moved=True, turned=False)
+    assert values.sources(wanted) == values.sources([height]), 'nothing else that moves the thing'
+    changed = values.solve(wanted, targets)
+    moved = shown(
+        *(tracked(value, number) for number, value in enumerate(values.evaluate([height, aside], changed), 1))
+    )
+    assert moved.pose[:3] == pytest.approx(there[:3])
+    again, stays = moved.wanted(there, moved=True, turned=False)
+    assert list(map(float, again)) == pytest.approx(stays), 'the check after a drop has it there'
+
+
 @pytest.mark.parametrize('kind', [Marker.LINE_STRIP, Marker.LINE_LIST, Marker.ARROW])
 def test_the_size_of_what_has_two_ends_is_dragged_between_them(kind):
     message = marker(kind, size=0.1)

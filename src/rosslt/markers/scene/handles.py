@@ -6,6 +6,7 @@ from typing import Any, Callable, Hashable, Iterable, List, Optional, Sequence, 
 from geometry_msgs.msg import Point, Point32, Pose
 from visualization_msgs.msg import Marker
 
+from rosslt import values
 from rosslt.markers.geometry import (
     AXES,
     IDENTITY,
@@ -149,9 +150,10 @@ class PointHandle(Handle):
         color: the color of the sphere, (red, green, blue).
         is_planar, rank: as those of a PoseHandle.
         thing: as that of a Handle.
+        thing_at: the x, y and z of the thing, tracked or plain.
     """
 
-    __slots__ = ('_base', '_is_planar', '_point')
+    __slots__ = ('_base', '_is_planar', '_point', '_thing_at')
     level = POINTS
 
     def __init__(
@@ -165,8 +167,9 @@ class PointHandle(Handle):
         is_planar: bool = False,
         rank: int = 1,
         thing: str = '',
+        thing_at: Sequence[Any] = ORIGIN,
     ) -> None:
-        self._base, self._is_planar = pose, is_planar
+        self._base, self._is_planar, self._thing_at = pose, is_planar, thing_at
         self._point: Tuple[Any, ...] = (point.x, point.y, point.z)
         x, y, z = rotate_vector(pose[3:], tuple(map(float, self._point)))
         draw_key = tuple(map(has_source, self._point)), frame, size, color
@@ -183,7 +186,11 @@ class PointHandle(Handle):
         del moved, turned
         offset = tuple(a - b for a, b in zip(pose[:3], self._base))
         local = rotate_vector(inverse(self._base[3:]), offset)
-        return tracked_targets(zip(self._point, local[: 2 if self._is_planar else 3]))
+        moved_with = [
+            with_its_thing(number, self._thing_at, rotate_vector(self._base[3:], axis))
+            for number, axis in zip(self._point, AXES)
+        ]
+        return tracked_targets(zip(moved_with, local[: 2 if self._is_planar else 3]))
 
     def asked(self, can_change: CanChange) -> List[Any]:
         """Return the tracked values that a drag may ask to become others."""
@@ -209,9 +216,10 @@ class ScaleHandle(Handle):
         scale: the size itself.
         size: the side of the cube, in metres.
         thing: as that of a Handle.
+        thing_at: as that of a PointHandle.
     """
 
-    __slots__ = ('_axis', '_direction', '_reach', '_scale', '_start')
+    __slots__ = ('_axis', '_direction', '_reach', '_scale', '_start', '_thing_at')
     level = SIZES
 
     def __init__(
@@ -225,8 +233,10 @@ class ScaleHandle(Handle):
         scale: Any,
         size: float,
         thing: str = '',
+        thing_at: Sequence[Any] = ORIGIN,
     ) -> None:
         rotation = pose[3:]
+        self._thing_at = thing_at
         self._start = tuple(a + b for a, b in zip(pose, rotate_vector(rotation, start)))
         self._direction = rotate_vector(rotation, tuple(float(index == axis) for index in range(3)))
         self._axis, self._reach, self._scale = axis, reach, scale
@@ -247,13 +257,33 @@ class ScaleHandle(Handle):
         out = sum((a - b) * c for a, b, c in zip(pose, self._start, self._direction))
         # A mesh with a negative scale is mirrored, and stays so.
         side = math.copysign(1.0, self._scale)
-        return [self._scale], [side * max(side * out / self._reach, SMALLEST_SCALE)]
+        number = with_its_thing(self._scale, self._thing_at, self._direction, self._reach)
+        return [number], [side * max(side * out / self._reach, SMALLEST_SCALE)]
 
     def motions(self, can_change: CanChange, rank_of: Optional[RankOf] = None) -> Motions:
         """The ways in which it can be moved: along its axis of the thing."""
         del rank_of
         is_free = can_change(self._scale)
         return Motions((is_free and self._axis == 0, is_free and self._axis == 1, is_free and self._axis == 2))
+
+
+def with_its_thing(number: Any, thing_at: Iterable[Any], direction: Vector, reach: float = 1.0) -> Any:
+    """A number by which a handle stands on a thing, plus what moves the handle as well if the thing moves with that
+    number: a box that stands on the ground grows, and its middle rises.
+
+    Args:
+        number: tracked or plain.
+        thing_at: the x, y and z of the thing.
+        direction: in which the number moves the handle.
+        reach: how far it does, for each unit of the number.
+    """
+    moved, own = number, set(values.sources([number]))
+    for coordinate, part in zip(thing_at, direction):
+        if own and part and has_source(coordinate):
+            for source, value, slope in values.linearized(coordinate):
+                if slope and source in own:
+                    moved = moved + part * slope / reach * (values.track(value, source) - value)
+    return moved
 
 
 def _body_direction(movable: Axes, rotation: Rotation) -> Optional[Vector]:

@@ -78,7 +78,17 @@ def marker_handles(topic: str, marker: Marker, is_shown: bool, settings: Setting
     if points:
         color, diameter = handle_color(marker), point_size(marker)
         handles.extend(
-            PointHandle(f'{name}:points[{index}]', frame, place, point, diameter, color, settings.is_planar, thing=name)
+            PointHandle(
+                f'{name}:points[{index}]',
+                frame,
+                place,
+                point,
+                diameter,
+                color,
+                settings.is_planar,
+                thing=name,
+                thing_at=pose_tuple(marker.pose)[:3],
+            )
             for index, point in points
         )
     if can_be_scaled:
@@ -98,7 +108,8 @@ def scale_handles(
             if out:
                 part, start = '{}:scale.{}'.format(name, field), scale_start(marker, has_points)
                 side = min(0.15 * size, point_size(marker)) if has_points and marker.points else 0.15 * size
-                yield ScaleHandle(part, frame, place, start, axis, out, value, side, name)
+                at = pose_tuple(marker.pose)[:3]
+                yield ScaleHandle(part, frame, place, start, axis, out, value, side, name, at)
 
 
 def scale_start(marker: Marker, has_points: bool) -> Vector:
