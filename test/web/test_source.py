@@ -65,6 +65,16 @@ def test_a_number_stands_in_its_line_and_can_be_typed(panel):
     assert panel.driver.find_element('css selector', '.changed + s').text == '-2.00'
 
 
+def test_what_is_typed_after_enter_takes_the_place_of_the_number(panel):
+    panel.type('/lamp/east', Keys.CONTROL, 'a', Keys.NULL, '1.5', Keys.ENTER)
+    panel.shows('/lamp/east', '1.50')
+    ActionChains(panel.driver).send_keys('2', Keys.ENTER).perform()
+    has_become('/lamp/east', 2.0)
+    panel.shows('/lamp/east', '2.00')
+    ActionChains(panel.driver).click(panel.box('/lamp/east')).send_keys('3', Keys.ENTER).perform()
+    has_become('/lamp/east', 3.0)
+
+
 def test_the_next_one_is_a_tab_away_and_arrows_step_the_last_digit(panel):
     panel.type('/lamp/east', Keys.ARROW_UP, Keys.ARROW_UP, Keys.TAB, Keys.ARROW_DOWN)
     has_become('/lamp/east', -1.98)

@@ -55,6 +55,7 @@ class Field {
   constructor(number) {
     this.kind = kindOf(number.type);
     this.isTyped = false; // something was typed that is not taken yet
+    this.isTaken = false; // Enter was pressed: what is typed next takes its place
     this.drag = null; // {x, text, hasMoved} of a drag over it
     this.waits = null; // the text of the last wish, until it is decided
     this.due = null; // the timer of the next wish
@@ -134,6 +135,9 @@ class Field {
     }
     this.box.value = shown;
     this.box.style.width = `${Math.max(shown.length, 1)}ch`;
+    if (this.isTaken) {
+      this.box.select();
+    }
   }
 
   wish(wanted = this.box.value) {
@@ -177,7 +181,8 @@ class Field {
   }
 
   takeHold(event) {
-    if (this.kind === 'number' && event.button === 0 && document.activeElement !== this.box) {
+    const isEdited = document.activeElement === this.box && !this.isTaken;
+    if (this.kind === 'number' && event.button === 0 && !isEdited) {
       document.activeElement?.blur(); // one number is held at a time
       this.drag = {x: event.clientX, text: this.box.value, hasMoved: false};
       this.box.setPointerCapture(event.pointerId);
@@ -213,6 +218,7 @@ class Field {
   }
 
   leave() {
+    this.isTaken = false;
     this.take();
     if (this.due !== null) {
       this.wish();
@@ -221,6 +227,7 @@ class Field {
   }
 
   type() {
+    this.isTaken = false;
     this.isTyped = !this.box.readOnly;
     this.write(this.box.value);
   }
@@ -242,6 +249,8 @@ class Field {
       this.step(this.box.value, steps);
     } else if (event.key === 'Enter') {
       this.take();
+      this.isTaken = this.kind !== 'bool';
+      this.isTaken && this.box.select();
     } else if (event.key === 'Escape') {
       this.isTyped = false;
       this.show(this.known);
@@ -361,9 +370,19 @@ function showSelected() {
   }
   if (follows && text.dataset.file === opened) {
     follows = false;
-    const first = state.selected.find(({number}) => fields.has(number));
-    fields.get(first?.number)?.box.scrollIntoView({block: 'center'});
+    const here = state.selected.map(({number}) => fields.get(number)).filter(Boolean);
+    const changed = here.filter(field => field.known.changed);
+    const wanted = changed.length ? changed : here;
+    if (!wanted.some(({box}) => isInSight(box))) {
+      wanted[0]?.box.scrollIntoView({block: 'center'});
+    }
   }
+}
+
+// Whether a box stands in the part of the source that is seen.
+function isInSight(box) {
+  const [inside, around] = [box, text].map(element => element.getBoundingClientRect());
+  return inside.top >= around.top && inside.bottom <= around.bottom;
 }
 
 // Open the file of what was selected, if this is the person who did it: the mouse is over the view.
@@ -396,7 +415,6 @@ function showDiff(shown) {
   show.setAttribute('aria-pressed', isShown);
   if (isShown) {
     diff.querySelector('del, ins').scrollIntoView({block: 'center'});
-    diff.scrollLeft = 0; // the signs are at the left
   } else if (hadFocus) {
     show.focus();
   }
