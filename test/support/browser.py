@@ -1,5 +1,6 @@
 """A browser of its own, which looks at the page and has a mouse."""
 
+import base64
 import contextlib
 import io
 import math
@@ -49,6 +50,7 @@ LIBRARIES = os.environ.get('ROSSLT_PAGE_PATH', '')
 
 FLAGS = [
     '--headless=new',
+    '--disable-gpu-rasterization',  # which has no graphics card to be done by
     '--no-sandbox',
     '--use-gl=angle',  # drawn by Mesa, as RViz is: chromium's own SwiftShader locks up for good now and then
     '--use-angle=gl-egl',
@@ -195,7 +197,9 @@ class Browser:
 
     def screenshot(self):
         """The red, green and blue of all pixels, from 0 to 255, row by row."""
-        return numpy.asarray(Image.open(io.BytesIO(self.driver.get_screenshot_as_png())).convert('RGB'), int)
+        # hardly compressed: to compress it takes longer than to draw it
+        taken = self.driver.execute_cdp_cmd('Page.captureScreenshot', {'format': 'png', 'optimizeForSpeed': True})
+        return numpy.asarray(Image.open(io.BytesIO(base64.b64decode(taken['data']))).convert('RGB'), int)
 
     @property
     def text(self):
@@ -298,13 +302,23 @@ class Browser:
 
     def pixel(self, point):
         """Where a point of the world, (x, y, z), is on the page, as long as nobody has moved the camera."""
-        rect = self.canvas().rect
-        x, y = (part / self.metres(point) for part in _seen_from_eye(point)[:2])
-        return round(rect['x'] + rect['width'] / 2 + x), round(rect['y'] + rect['height'] / 2 - y)
+        rect = self._view()
+        right, up, _ = _seen_from_eye(point) / _metres(point, rect)
+        return round(rect['x'] + rect['width'] / 2 + right), round(rect['y'] + rect['height'] / 2 - up)
 
     def metres(self, point):
         """The width of a pixel at a point of the world."""
-        return 2 * math.tan(FIELD_OF_VIEW / 2) * _seen_from_eye(point)[2] / self.canvas().rect['height']
+        return _metres(point, self._view())
+
+    def _view(self):
+        """The place of the canvas on the page, in pixels: {'x', 'y', 'width', 'height'}."""
+        return self.driver.execute_script(
+            """
+            const area = place => place.width * place.height;
+            const places = [...document.querySelectorAll('canvas')].map(one => one.getBoundingClientRect());
+            return places.sort((one, other) => area(one) - area(other)).pop().toJSON();
+            """
+        )
 
     def press(self, pixel):
         pointer = ActionChains(self.driver, duration=30).w3c_actions
@@ -328,7 +342,7 @@ class Browser:
         """Click on what is drawn at a point of the world until the page says something; `within` is that of `see`."""
 
         def clicked():
-            self.see(point, within)
+            self.see(point, within=within)
             self.press(self.pixel(point))
             self.release()
             return self._comes(lambda: says in self.text)
@@ -357,24 +371,28 @@ class Browser:
 
         self.wait(dragged, what)
 
-    def see(self, point, within=0):
-        """Wait until something colorful is drawn at a point of the world: beside it, a mouse would turn the camera.
+    def see(self, *points, within=0):
+        """Wait until something colorful is drawn at points of the world: beside it, a mouse would turn the camera.
 
         Args:
-            within: how many pixels beside it is near enough, for thin lines that nobody takes hold of.
+            within: how many pixels beside them is near enough, for thin lines that nobody takes hold of.
         """
-        self.wait(lambda: self._is_colorful(self.pixel(point), within), 'something colorful at {}'.format(point))
+        self.wait(lambda: all(self._are_colorful(points, within)), 'something colorful at {}'.format(points))
 
-    def wait_until_gone(self, point):
-        """Wait until nothing colorful is drawn at a point of the world any more."""
-        self.wait(lambda: self._is_colorful(self.pixel(point)) is False, 'nothing at {}'.format(point))
+    def wait_until_gone(self, *points):
+        """Wait until nothing colorful is drawn at any of some points of the world any more."""
+        self.wait(lambda: set(self._are_colorful(points, 0)) == {False}, 'nothing at {}'.format(points))
 
-    def _is_colorful(self, pixel, within=0):
-        """Whether it is; None where the browser takes too long to say."""
+    def _are_colorful(self, points, within):
+        """Whether each is, in one picture; [None] where the browser takes too long to say."""
         try:
             image = self.screenshot()
         except TimeoutException:
-            return None
+            return [None]
+        return [self._is_colorful(image, self.pixel(point), within) for point in points]
+
+    @staticmethod
+    def _is_colorful(image, pixel, within):
         rows, columns = (slice(max(0, at - within), at + within + 1) for at in reversed(pixel))
         colors = image[rows, columns]
         return bool((colors.max(axis=2) - colors.min(axis=2) > GRAY).any())
@@ -385,6 +403,10 @@ class Browser:
         with contextlib.suppress(AssertionError):
             return wait_until(holds, 'what comes of it', EFFECT)
         return False
+
+
+def _metres(point, view):
+    return 2 * math.tan(FIELD_OF_VIEW / 2) * _seen_from_eye(point)[2] / view['height']
 
 
 def _seen_from_eye(point):

@@ -26,7 +26,8 @@ import types
 
 #: What is loaded before the forks.
 LOADED = (
-    *('argparse', 'difflib', 'fractions', 'genpy.dynamic', 'geometry_msgs.msg', 'numpy', 'rosbag', 'rosgraph', 'rospy'),
+    *('argparse', 'difflib', 'fractions', 'genpy.dynamic', 'geometry_msgs.msg', 'numpy', 'rosbag', 'rosgraph'),
+    *('rosmaster', 'rospy'),
     *('rosslt.cli.directory', 'rosslt.markers', 'rosslt.msg', 'rosslt.node', 'rosslt.srv'),
     *('std_srvs.srv', 'uuid', 'visualization_msgs.msg', 'yaml'),
 )
@@ -226,7 +227,7 @@ def _become(script, arguments, folder, environment, streams):
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
-    sys.argv = [script, *arguments]
+    sys.argv[:] = script, *arguments  # the list that functions of what is loaded have as their default
     sys.path[0] = os.path.dirname(script)
     sys.modules['rospy'].names.reload_mappings(sys.argv)
     sys.modules['numpy'].random.seed()

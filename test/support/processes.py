@@ -4,6 +4,7 @@ import atexit
 import contextlib
 import os
 import random
+import shutil
 import signal
 import socket
 import subprocess
@@ -154,7 +155,7 @@ def unassigned_port():
 
 
 class Master:
-    """A ROS master in a process of its own, on a port of its own."""
+    """A ROS master in a process of its own, a fork as a node is, on a port of its own."""
 
     def __init__(self):
         started = False
@@ -166,9 +167,9 @@ class Master:
                 started = True
 
     def start(self):
-        self.process = subprocess.Popen(
-            ['rosmaster', '--core', '-p', str(self.port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        arguments = ['--core', '-p', str(self.port)]
+        with open(os.devnull, 'w', encoding='utf-8') as nowhere:
+            self.process = Program(shutil.which('rosmaster'), arguments, nowhere, nowhere)
         wait_until(self._answers, 'the master answers', 60.0)
 
     def _answers(self):

@@ -73,11 +73,9 @@ def view(boxes, browser):
     """A browser with all things where the code has them, and nothing selected."""
     rosslt('reset', '/boxes')
     browser.wait_for_text('boxes.py')
-    for place in (*OTHERS, END):
-        browser.see(place)
+    browser.see(*OTHERS, END)
     browser.driver.find_element('tag name', 'body').send_keys(Keys.ESCAPE)
-    for place in (arrow(browser, BOX, 1), *[arrow(browser, other, 0) for other in OTHERS]):
-        browser.wait_until_gone(place)
+    browser.wait_until_gone(arrow(browser, BOX, 1), *[arrow(browser, other, 0) for other in OTHERS])
     return browser
 
 
@@ -96,14 +94,12 @@ def test_a_thing_that_is_clicked_shows_its_handles_and_others_do_not(view):
     view.wait_until_gone(CUBE)
     view.picture('unselected')
     click(view, BOX)
-    view.see(arrow(view, BOX, 1))
-    view.see(CUBE)
+    view.see(arrow(view, BOX, 1), CUBE)
     view.picture('selected')
     assert 'Where it comes from' not in view.text, 'a first click shows the handles alone'
     click(view, OTHERS[0])
     view.see(arrow(view, OTHERS[0], 0))
-    view.wait_until_gone(arrow(view, BOX, 1))
-    view.wait_until_gone(CUBE)
+    view.wait_until_gone(arrow(view, BOX, 1), CUBE)
     click(view, VOID)
     view.wait_until_gone(arrow(view, OTHERS[0], 0))
 
@@ -131,8 +127,7 @@ def test_what_no_change_moves_says_why_and_lets_a_drag_turn_the_view(view, page)
         view.see(FIXED)
         view.press(view.pixel(FIXED))
         view.move(view.pixel(FIXED), (view.pixel(FIXED)[0] - 200, view.pixel(FIXED)[1]))
-        view.wait_until_gone(FIXED)
-        view.wait_until_gone(OTHERS[1])
+        view.wait_until_gone(FIXED, OTHERS[1])
         view.picture('turned_view')
         view.release()
         view.open(page.view)
@@ -145,8 +140,7 @@ def test_what_no_change_moves_says_why_and_lets_a_drag_turn_the_view(view, page)
 
 def test_a_checkbox_shows_all_handles(view):
     view.field('Show all handles').click()
-    for place in (arrow(view, BOX, 1), *[arrow(view, other, 0) for other in OTHERS], CUBE):
-        view.see(place)
+    view.see(arrow(view, BOX, 1), *[arrow(view, other, 0) for other in OTHERS], CUBE)
     view.picture('all_handles')
     view.field('Show all handles').click()
     view.wait_until_gone(CUBE)
