@@ -4,7 +4,8 @@ It may import the rooms `flow`, `script`, `instrument`, `node`, `messages`, `fil
 SciPy.
 """
 
-from rosslt.models.following import Following, LocalModel, NotFollowed
+from rosslt.models.following import Following, LocalModel, Moment, NotFollowed, check_input, followed_things
+from rosslt.models.fresh import Fresh, fresh_of
 from rosslt.models.kept import File, Kept, Version, version_of
 from rosslt.models.kept_files import BadFile, keep, kept_files, kept_of, read_kept
 from rosslt.models.learned import Dependency, Learned
