@@ -128,7 +128,7 @@ def fresh_of(master: rosgraph.Master, publisher: str) -> 'Optional[Fresh]':
     from rosslt import models  # NumPy and SciPy, which nodes of which nothing was learned do without
 
     try:
-        return models.fresh_of(master, publisher)
+        return models.fresh_of(master, learned_folder(), publisher)
     except models.BadFile as error:
         raise Failure(str(error)) from None
 

@@ -69,10 +69,8 @@ class Basis(NamedTuple):
         Raises:
             values.NotInvertible: as in `Following.solve`.
         """
-        from rosslt import models
-
         return self.following.solve(
-            part, lambda corrected: node.solve_by_effect(corrected, wanted, sources, limits), models.check_input
+            part, lambda corrected: node.solve_by_effect(corrected, wanted, sources, limits), node.check_number
         )
 
     def forcing(self, *arguments: Any) -> 'LearnedForcing':

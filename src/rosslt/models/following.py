@@ -6,7 +6,7 @@ from typing import Any, Callable, Deque, Dict, Hashable, List, Mapping, NamedTup
 
 import numpy as np
 
-from rosslt import messages, node, values
+from rosslt import messages, values
 from rosslt.models.learning import Answer
 from rosslt.models.profiles import SMOOTH
 from rosslt.models.replays import Number, stamp_of, with_numbers
@@ -329,22 +329,6 @@ def followed_things(answers: Sequence[Answer]) -> Dict[Tuple[str, Hashable], Lis
             if one.kind == SMOOTH and answer.inputs[one.input].path:
                 found.setdefault((output.topic, output.thing), {})[output.path] = None
     return {key: list(paths) for key, paths in found.items()}
-
-
-def check_input(topic: str, message: messages.Message, path: str, value: float) -> None:
-    """Check that an input takes a value.
-
-    Args:
-        topic, message, path: where it is.
-        value: what it would be.
-
-    Raises:
-        ValueError: its type does not hold it.
-        values.NotInvertible: it is beyond the limits of a joint.
-    """
-    part, type_ = messages.part_at(message, path)
-    messages.check_range(part, type_, value)
-    node.check_joint_limits(topic, message, path, value)
 
 
 def _text(numbers: Sequence[float]) -> str:

@@ -5,7 +5,6 @@ from typing import NamedTuple, Optional
 
 import rosgraph
 
-from rosslt import node
 from rosslt.models.kept import Kept, version_of
 from rosslt.models.kept_files import kept_of
 from rosslt.models.processes import NotCopied, live_process
@@ -25,11 +24,12 @@ class Fresh(NamedTuple):
     why_stale: str
 
 
-def fresh_of(master: rosgraph.Master, publisher: str) -> Optional[Fresh]:
+def fresh_of(master: rosgraph.Master, folder: str, publisher: str) -> Optional[Fresh]:
     """What was learned of a node; None if nothing was.
 
     Args:
         master: the ROS master.
+        folder: where files are kept.
         publisher: the full name of the node.
 
     Raises:
@@ -41,7 +41,7 @@ def fresh_of(master: rosgraph.Master, publisher: str) -> Optional[Fresh]:
         now = version_of(live_process(master, publisher), tree)
     except NotCopied as error:
         problem = f'it cannot be compared with the node that runs: {error}'
-    kept = kept_of(node.learned_folder(), publisher, now)
+    kept = kept_of(folder, publisher, now)
     if kept is None:
         return None
     age = max(0.0, time.time() - kept.when)

@@ -94,7 +94,16 @@ from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.reconfigure import reconfigure_parameter
 from rosslt.node.robot_description import NAME as ROBOT_DESCRIPTION
-from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
+from rosslt.node.robot_description import (
+    NO_ROBOT,
+    Joint,
+    Robot,
+    Shape,
+    check_joint_limits,
+    check_number,
+    description_for,
+    robot_in,
+)
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
 from rosslt.node.slave_api import pid_of, published_types, sent_types

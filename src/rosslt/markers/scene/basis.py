@@ -52,9 +52,7 @@ class Basis(NamedTuple):
         Raises:
             values.NotInvertible: one would be beyond what its field holds, or where it was learned.
         """
-        from rosslt import models
-
         try:
-            self.following.check(self.moment, after, models.check_input)
+            self.following.check(self.moment, after, node.check_number)
         except ValueError as error:
             raise values.NotInvertible(str(error)) from None

@@ -185,7 +185,7 @@ class LearnedNodes:
             return
         self._looks[name] = look
         self._put(name, {})
-        fresh = models.fresh_of(self._master, name) if look.pid is not None else None
+        fresh = models.fresh_of(self._master, node.learned_folder(), name) if look.pid is not None else None
         if fresh is None:
             return
         if fresh.kept is None:
