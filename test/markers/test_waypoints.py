@@ -18,6 +18,7 @@ def solved(monkeypatch, *places, maximum=None):
     monkeypatch.setattr(node, 'directory', lambda: directory)
     tracked = [0.5 * values.track(2.0, X), values.track(2.0, Y)]
     handle = SimpleNamespace(
+        basis=None,
         tracked=tracked,
         limits=(),
         turn=lambda pose, near=None: 0.0,

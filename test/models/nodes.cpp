@@ -1,10 +1,12 @@
-// Nodes that nobody tracks. The private parameter `kind` says what one computes from `in`, and from `other`;
+// Nodes that nobody tracks. The private parameter `kind` says what one computes from `in`, and from `other`; those whose
+// kind begins with `point` send the `point` that they make of `target`.
 // `set_gain` changes the gain meanwhile, and `set_most` the most of `in` that is not passed over.
 #include <deque>
 #include <limits>
 #include <random>
 #include <string>
 
+#include <geometry_msgs/PointStamped.h>
 #include <ros/ros.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
@@ -56,6 +58,20 @@ int main(int argc, char** argv)
     last_other = message->data;
     if (kind == "other") send(gain * last_other);
   };
+  ros::Publisher point;
+  if (kind.rfind("point", 0) == 0) point = node.advertise<geometry_msgs::PointStamped>("point", 10);
+  std::deque<std::pair<ros::WallTime, geometry_msgs::PointStamped>> points;
+  const boost::function<void(const geometry_msgs::PointStamped::ConstPtr&)> take_target =
+      [&](const geometry_msgs::PointStamped::ConstPtr& message)
+  {
+    geometry_msgs::PointStamped made = *message;
+    made.point.x = gain * message->point.x + 1.0;
+    made.point.y = message->point.y * message->point.y;
+    if (kind == "point") return point.publish(made);
+    made.header.stamp = ros::Time();
+    if (kind == "point_low_pass") made.point.x = low_pass += 0.8 * (made.point.x - low_pass);
+    points.emplace_back(ros::WallTime::now() + ros::WallDuration(kind == "point_delay" ? 0.2 : 0.0), made);
+  };
   const boost::function<void(const std_msgs::Float64::ConstPtr&)> take_gain =
       [&](const std_msgs::Float64::ConstPtr& message) { gain = message->data; };
   const boost::function<void(const std_msgs::Float64::ConstPtr&)> take_most =
@@ -64,12 +80,19 @@ int main(int argc, char** argv)
   const ros::Subscriber set_gain = node.subscribe<std_msgs::Float64>("set_gain", 10, take_gain);
   const ros::Subscriber in = node.subscribe<std_msgs::Float64>("in", 10, take);
   const ros::Subscriber other = node.subscribe<std_msgs::Float64>("other", 10, take_other);
+  ros::Subscriber target;
+  if (kind.rfind("point", 0) == 0) target = node.subscribe<geometry_msgs::PointStamped>("target", 10, take_target);
   const ros::WallTimer timer = node.createWallTimer(ros::WallDuration(0.002), [&](const ros::WallTimerEvent&)
   {
     while (!waiting.empty() && waiting.front().first <= ros::WallTime::now())
     {
       send(waiting.front().second);
       waiting.pop_front();
+    }
+    while (!points.empty() && points.front().first <= ros::WallTime::now())
+    {
+      point.publish(points.front().second);
+      points.pop_front();
     }
   });
   ros::spin();

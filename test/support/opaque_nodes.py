@@ -18,8 +18,9 @@ ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lo
 def built(folder):
     """The path of the program of `nodes.cpp`, built in a folder."""
     made = folder / 'opaque'
+    packages = ('roscpp', 'std_msgs', 'geometry_msgs')
     flags = subprocess.run(
-        ['pkg-config', '--cflags', '--libs', 'roscpp', 'std_msgs'], stdout=subprocess.PIPE, text=True, check=True
+        ['pkg-config', '--cflags', '--libs', *packages], stdout=subprocess.PIPE, text=True, check=True
     ).stdout.split()
     subprocess.run(['g++', '-o', str(made), str(CODE), *flags], check=True)
     return str(made)

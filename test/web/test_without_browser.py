@@ -224,7 +224,7 @@ from unittest import mock
 from rosslt import values
 from rosslt.web.details import Details
 
-handle = mock.Mock(tracked=[])
+handle = mock.Mock(tracked=[], basis=None)
 handle.name = '/stops::1'
 offers = mock.MagicMock()
 offers.choices.return_value, offers.can_be_free.return_value = [], False

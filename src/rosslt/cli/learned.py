@@ -1,22 +1,20 @@
 """What `rosslt learn` has kept of nodes, for whoever asks where a field comes from."""
 
 import math
-import os
 import time
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import rosgraph
-import rospkg
 
 from rosslt import messages, values
 from rosslt.cli.failure import Failure
 from rosslt.cli.fields import field_of, joined
 from rosslt.cli.master import find_master, full_field, problem_of
 from rosslt.messages import Scalar
-from rosslt.node import Heard
+from rosslt.node import Heard, age_text, is_any_learned, learned_folder
 
 if TYPE_CHECKING:
-    from rosslt.models import Answer, Kept, LiveProcess
+    from rosslt.models import Answer, Fresh, Kept, LiveProcess
 
 
 class Effect(NamedTuple):
@@ -60,31 +58,12 @@ class Known(NamedTuple):
     why_not: str
 
 
-class Fresh(NamedTuple):
-    """What was learned of a node, if it is still true.
-
-    Attributes:
-        kept: all of it; None if it is stale.
-        age: the seconds since then.
-        why_stale: why it need not be true, as a part of a sentence.
-    """
-
-    kept: 'Optional[Kept]'
-    age: float
-    why_stale: str
-
-
 class Moved(NamedTuple):
     """A number that inputs move."""
 
     path: str
     value: Scalar
     effects: Sequence[Effect]
-
-
-def folder() -> str:
-    """Where it is kept."""
-    return os.path.join(rospkg.get_ros_home(), 'rosslt', 'learned')
 
 
 def keep(process: 'LiveProcess', tree: Mapping[str, Any], answers: Sequence['Answer']) -> str:
@@ -105,7 +84,9 @@ def keep(process: 'LiveProcess', tree: Mapping[str, Any], answers: Sequence['Ans
     from rosslt import models
 
     asked = sorted({name for answer in answers for name in answer.asked})
-    return models.keep(folder(), models.Kept(models.version_of(process, tree, asked), time.time(), tuple(answers)))
+    return models.keep(
+        learned_folder(), models.Kept(models.version_of(process, tree, asked), time.time(), tuple(answers))
+    )
 
 
 def known_of(master: rosgraph.Master, received: Heard, field: str) -> 'Optional[Known]':
@@ -142,33 +123,14 @@ def fresh_of(master: rosgraph.Master, publisher: str) -> 'Optional[Fresh]':
     Raises:
         Failure: a file of the node is damaged.
     """
-    if not _is_any():
+    if not is_any_learned():
         return None
     from rosslt import models  # NumPy and SciPy, which nodes of which nothing was learned do without
 
-    now, problem, tree = None, '', master.getParam('/')
     try:
-        now = models.version_of(models.live_process(master, publisher), tree)
-    except models.NotCopied as error:
-        problem = f'it cannot be compared with the node that runs: {error}'
-    try:
-        kept = models.kept_of(folder(), publisher, now)
+        return models.fresh_of(master, learned_folder(), publisher)
     except models.BadFile as error:
         raise Failure(str(error)) from None
-    if kept is None:
-        return None
-    age = max(0.0, time.time() - kept.when)
-    stale = kept.why_stale(now, tree) if now else problem
-    if stale:
-        return Fresh(None, age, f'stale: {stale}; `rosslt learn {publisher}` learns it anew')
-    return Fresh(kept, age, '')
-
-
-def _is_any() -> bool:
-    try:
-        return any(name.endswith('.json') for name in os.listdir(folder()))
-    except OSError:
-        return False
 
 
 def _effects(kept: 'Kept', topic: str, thing: object, path: str) -> List[Effect]:
@@ -211,13 +173,13 @@ def of_silent(text: str) -> str:
     Args:
         text: TOPIC/FIELD.
     """
-    if not _is_any():
+    if not is_any_learned():
         return ''
     from rosslt import models
 
     master, full = find_master(), full_field(text)
     learned: Dict[str, float] = {}
-    for path in models.kept_files(folder()):
+    for path in models.kept_files(learned_folder()):
         try:
             kept = models.read_kept(path)
         except models.BadFile:
@@ -230,11 +192,3 @@ def of_silent(text: str) -> str:
         f'; what {node} sends on it was learned {age_text(max(0.0, time.time() - when))} ago; the node does not run'
         for node, when in sorted(learned.items())
     )
-
-
-def age_text(seconds: float) -> str:
-    """A time as people say it: `12 s`, `3 min`, `5 h`, `12 days`."""
-    for unit, length, least in (('days', 86400, 2 * 86400), ('h', 3600, 7200), ('min', 60, 120)):
-        if seconds >= least:
-            return f'{seconds / length:.0f} {unit}'
-    return f'{seconds:.0f} s'

@@ -27,7 +27,7 @@ from rosslt.messages import Message
 from rosslt.node import Heard
 
 if TYPE_CHECKING:
-    from rosslt.models import Following
+    from rosslt.models import Following, Fresh
 
 #: A field is as wanted if each number in it lacks no more than this part of the change that was wished.
 NEAR = 1e-3
@@ -50,7 +50,7 @@ class Basis(NamedTuple):
     @property
     def text(self) -> str:
         """What it is, as a sentence."""
-        return f'by the slopes that were learned of {self.publisher} {learned.age_text(self.age)} ago'
+        return f'by the slopes that were learned of {self.publisher} {node.age_text(self.age)} ago'
 
     def stream(self, listener: node.Listener) -> 'LearnedStream':
         """The messages, whose field has provenance by way of the inputs.
@@ -70,7 +70,7 @@ class Basis(NamedTuple):
             values.NotInvertible: as in `Following.solve`.
         """
         return self.following.solve(
-            part, lambda corrected: node.solve_by_effect(corrected, wanted, sources, limits), _check_input
+            part, lambda corrected: node.solve_by_effect(corrected, wanted, sources, limits), node.check_number
         )
 
     def forcing(self, *arguments: Any) -> 'LearnedForcing':
@@ -114,12 +114,12 @@ def basis_of(
         found = _following(fresh, received, paths[received.publisher], target_of)
         if not isinstance(found, str):
             return Basis(found, received.topic, received.publisher, fresh.age), []
-        why_not.append(f'learned {learned.age_text(fresh.age)} ago, {found}')
+        why_not.append(f'learned {node.age_text(fresh.age)} ago, {found}')
     return None, why_not
 
 
 def _following(
-    fresh: learned.Fresh, received: Heard, field: str, target_of: Callable[[Heard], Message]
+    fresh: 'Fresh', received: Heard, field: str, target_of: Callable[[Heard], Message]
 ) -> 'Union[Following, str]':
     """The field of a message as a function of the inputs, or why there is none."""
     if fresh.kept is None:
@@ -139,12 +139,6 @@ def _following(
         if path not in following.paths and not messages.is_reached(part, target, type_):
             return f'nothing that was tried moves {path}, which is {part!r}'
     return following
-
-
-def _check_input(topic: str, message: Message, path: str, value: float) -> None:
-    part, type_ = messages.part_at(message, path)
-    messages.check_range(part, type_, value)
-    node.check_joint_limits(topic, message, path, value)
 
 
 class LearnedStream:

@@ -1,8 +1,8 @@
 """The room of interactive markers: which of them follow from tracked visualizations, and what a drag changes.
 
-The paper's `slt_visualization` (section V). It may import the rooms `node`, `messages`, `files` and `values`, and
-rospy. Two parts know nothing of how things are shown: `scene` says which handles there are, and `drags` what a drag of
-one changes. `rviz` shows a scene as interactive markers; the room `web` shows the same one on a page.
+The paper's `slt_visualization` (section V). It may import the rooms below, and rospy; `models` only once something was
+learned of a node. Two parts know nothing of how things are shown: `scene` says which handles there are, and `drags`
+what a drag of one changes. `rviz` shows a scene as interactive markers; the room `web` shows the same one on a page.
 """
 
 from rosslt.markers import geometry

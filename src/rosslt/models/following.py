@@ -1,7 +1,8 @@
 """How a field of a node that nobody tracks follows the node's inputs: as was learned, corrected by what is seen."""
 
+import contextlib
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Hashable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, Hashable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -35,11 +36,15 @@ class Moment(NamedTuple):
         message: as it came, plain.
         inputs: the values of the inputs, tracked if their sender is.
         sent: the messages that they are of.
+        is_settled: whether the inputs have been the same for so long that the message follows no former ones; without
+            a stamp, they are also those of the message before, as one of two messages that come at the same time may
+            be heard first.
     """
 
     message: messages.Message
     inputs: Sequence[Any]
     sent: Sequence[messages.Message]
+    is_settled: bool
 
 
 class LocalModel:
@@ -85,7 +90,7 @@ class LocalModel:
                 raise values.NotInvertible(f'it has {how}, and was to move by {_text(said)} as was learned')
             self._is_confirmed = True
             weighted = step / self._squares
-            self.slopes += np.outer(moved - said, weighted) / (weighted @ step)
+            self.slopes = self.slopes + np.outer(moved - said, weighted) / (weighted @ step)  # others read it meanwhile
         self._last = now
 
 
@@ -142,14 +147,18 @@ class Following:
         self.delay = max((answer.settled for answer in answers), default=0.0)
         self._thing, self._field = thing, field
         self.paths = [path for path in paths if path in moved]
-        sizes = [(one.high - one.low) or 1.0 for one in self.ranges]
-        matrix = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self.paths]
-        self._model = LocalModel(matrix, sizes)
+        self._learned = [[slopes[one.number].get(path, 0.0) for one in self.ranges] for path in self.paths]
+        self.begin()
         self._senders: Dict[Tuple[str, Hashable], Dict[str, None]] = {}
         self._heard: Dict[Tuple[str, Hashable], Deque[Tuple[float, messages.Message]]] = {
             (one.number.topic, one.number.thing): deque() for one in self.ranges
         }
+        self._inputs: List[Any] = []  # of the last message
         self._moments: Dict[int, Tuple[Any, Moment]] = {}  # by the identity of the field, which is kept with each
+
+    def begin(self) -> None:
+        """Take the slopes as they were learned: what was seen before does not count any more."""
+        self._model = LocalModel(self._learned, [(one.high - one.low) or 1.0 for one in self.ranges])
 
     @property
     def topics(self) -> List[str]:
@@ -190,12 +199,25 @@ class Following:
         Raises:
             values.NotInvertible: none has the same stamp, and several nodes send an input.
         """
+        moment = self.moment(message, came, is_due)
+        if moment is None:
+            return None
+        made = self.made(moment)
+        try:
+            part = messages.part_at(made, self._field)[0]
+        except messages.NoSuchPart:
+            return None
+        self._moments[id(part)] = part, moment
+        return made
+
+    def moment(self, message: messages.Message, came: float, is_due: bool) -> Optional[Moment]:
+        """A message and the inputs that it was made of; the arguments and the rest are those of `tracked`."""
         if messages.thing_of(message) != self._thing:
             return None
-        stamp, sent = stamp_of(message), {}
+        stamp, sent, is_settled, is_told = stamp_of(message), {}, True, True
         for key, heard in self._heard.items():
-            same = [one for _, one in heard if stamp is not None and stamp_of(one) == stamp]
-            before = [one for when, one in heard if when <= came - self.delay] if is_due else []
+            same = [(when, one) for when, one in heard if stamp is not None and stamp_of(one) == stamp]
+            before = [(when, one) for when, one in heard if when <= came - self.delay] if is_due else []
             if not (same or before):
                 return None
             if not same and len(self._senders[key]) > 1:
@@ -203,24 +225,45 @@ class Following:
                 raise values.NotInvertible(
                     f'{names} send {key[0]}, and no stamp says of which of their messages {self._field} is made'
                 )
-            sent[key] = (same or before)[-1]
+            is_told = is_told and bool(same)
+            when, sent[key] = (same or before)[-1]
+            first, last = (when - self.delay, when) if same else (when, came)
+            numbers = [self._numbers(key, one) for at, one in heard if first <= at <= last]
+            is_settled = is_settled and all(one == numbers[0] for one in numbers)
         of_each = [sent[one.number.topic, one.number.thing] for one in self.ranges]
         try:
             inputs = [messages.part_at(one, known.number.path)[0] for one, known in zip(of_each, self.ranges)]
-            moment = Moment(values.untracked(message), inputs, of_each)
-            made = self._made(moment)
-            part = messages.part_at(made, self._field)[0]
+            self._outputs(message)
         except messages.NoSuchPart:
             return None
-        self._moments[id(part)] = part, moment
-        return made
+        known, self._inputs = self._inputs, values.untracked(inputs)
+        is_settled = is_settled and (is_told or known == self._inputs)
+        return Moment(values.untracked(message), inputs, of_each, is_settled)
 
-    def _made(self, moment: Moment) -> messages.Message:
-        outputs = self._outputs(moment)
+    def _numbers(self, key: Tuple[str, Hashable], message: messages.Message) -> List[Any]:
+        """The inputs in a message, as far as it has them."""
+        found: List[Any] = []
+        for number, _, _ in self.ranges:
+            if (number.topic, number.thing) == key:
+                with contextlib.suppress(messages.NoSuchPart):
+                    found.append(values.untracked(messages.part_at(message, number.path)[0]))
+        return found
+
+    def made(self, moment: Moment) -> messages.Message:
+        """The message with the provenance that its numbers have by way of the inputs."""
+        outputs = self._outputs(moment.message)
         return with_numbers(moment.message, dict(zip(self.paths, self._model.tracked(moment.inputs, outputs))))
 
-    def _outputs(self, moment: Moment) -> List[float]:
-        return [messages.part_at(moment.message, path)[0] for path in self.paths]
+    def _outputs(self, message: messages.Message) -> List[float]:
+        return [messages.part_at(message, path)[0] for path in self.paths]
+
+    def correct(self, moment: Moment) -> None:
+        """Correct the slopes by a message.
+
+        Raises:
+            values.NotInvertible: the node does not do what was learned.
+        """
+        self._model.correct(moment.inputs, self._outputs(moment.message))
 
     def solve(
         self,
@@ -244,8 +287,27 @@ class Following:
         """
         _, moment = kept = self._moments[id(part)]
         self._moments = {id(part): kept}
-        self._model.correct(moment.inputs, self._outputs(moment))
-        answer = solve(messages.part_at(self._made(moment), self._field)[0])
+        self.correct(moment)
+        answer = solve(messages.part_at(self.made(moment), self._field)[0])
+        self.check(moment, answer, check)
+        return answer
+
+    def check(
+        self,
+        moment: Moment,
+        answer: Mapping[values.Source, Any],
+        check: Callable[[str, messages.Message, str, float], None],
+    ) -> None:
+        """Check the inputs that new values of sources would make.
+
+        Args:
+            moment: a message, with the inputs as they are.
+            answer: {Source: its new value}.
+            check: as of `solve`.
+
+        Raises:
+            values.NotInvertible: `check` says so, or an input would leave the range in which it was learned.
+        """
         new = values.untracked(values.evaluate(list(moment.inputs), answer))
         for one, message, old, value in zip(self.ranges, moment.sent, moment.inputs, new):
             if value == old:
@@ -256,7 +318,17 @@ class Following:
                     f'{one.number.name} would be {value:.6g}, and was learned from {one.low:.6g} to {one.high:.6g} only'
                 )
             check(one.number.topic, message, one.number.path, value)
-        return answer
+
+
+def followed_things(answers: Sequence[Answer]) -> Dict[Tuple[str, Hashable], List[str]]:
+    """{(topic, thing): the paths of the numbers} of a node that follow its messages by slopes that are known."""
+    found: Dict[Tuple[str, Hashable], Dict[str, None]] = {}
+    for answer in answers:
+        for one in answer.learned.dependencies:
+            output = answer.outputs[one.output]
+            if one.kind == SMOOTH and answer.inputs[one.input].path:
+                found.setdefault((output.topic, output.thing), {})[output.path] = None
+    return {key: list(paths) for key, paths in found.items()}
 
 
 def _text(numbers: Sequence[float]) -> str:

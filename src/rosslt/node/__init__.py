@@ -52,6 +52,7 @@ from rosslt.node.change.matching import Aim, Matching
 from rosslt.node.change.node_errors import NodeErrors
 from rosslt.node.change.observation import Expression, Observation, comes_from, observe
 from rosslt.node.json_scalars import from_json, to_json
+from rosslt.node.learned_files import age_text, is_any_learned, learned_folder
 from rosslt.node.leaving import leave
 from rosslt.node.location_server import SUSPECT
 from rosslt.node.locations.call_sites import CallSite, call_site
@@ -93,10 +94,19 @@ from rosslt.node.parameters.others import LAUNCH, is_set, own_parameter_of
 from rosslt.node.parameters.program import is_whole_parameter, parameter_was_set, serve_parameter, take_fractions
 from rosslt.node.reconfigure import reconfigure_parameter
 from rosslt.node.robot_description import NAME as ROBOT_DESCRIPTION
-from rosslt.node.robot_description import NO_ROBOT, Joint, Robot, Shape, check_joint_limits, description_for, robot_in
+from rosslt.node.robot_description import (
+    NO_ROBOT,
+    Joint,
+    Robot,
+    Shape,
+    check_joint_limits,
+    check_number,
+    description_for,
+    robot_in,
+)
 from rosslt.node.rospy_internals import args_kwds_to_message, is_initialized
 from rosslt.node.service_calls import NO_ANSWER, ask_all
-from rosslt.node.slave_api import published_types, sent_types
+from rosslt.node.slave_api import pid_of, published_types, sent_types
 from rosslt.node.tf import counterparts as tf_counterparts
 from rosslt.node.tf import functions as tf_functions
 from rosslt.node.topics.listening import Heard, Listener, TopicReader

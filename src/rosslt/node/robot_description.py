@@ -166,6 +166,22 @@ def check_joint_limits(topic: str, message: messages.Message, path: str, wanted:
             )
 
 
+def check_number(topic: str, message: messages.Message, path: str, value: float) -> None:
+    """Check that a number of a message may have a value.
+
+    Args:
+        topic, message, path: where it is.
+        value: what it would be.
+
+    Raises:
+        ValueError: its type does not hold it.
+        values.NotInvertible: it is beyond the limits of a joint.
+    """
+    part, type_ = messages.part_at(message, path)
+    messages.check_range(part, type_, value)
+    check_joint_limits(topic, message, path, value)
+
+
 @functools.lru_cache
 def read_robot(urdf: str) -> Robot:
     """The robot of a URDF. Links that hang on a joint of another kind, as a floating one, hang on nothing here.

@@ -3,7 +3,7 @@
 import xmlrpc.client
 from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPConnection
-from typing import Any, Dict, Iterable, Mapping, Sequence
+from typing import Any, Dict, Iterable, Mapping, Optional, Sequence
 
 import rosgraph
 
@@ -26,6 +26,19 @@ class _Transport(xmlrpc.client.Transport):
 def slave(uri: str) -> Any:
     """The proxy of the node at an address; its methods raise NO_NODE."""
     return xmlrpc.client.ServerProxy(uri, transport=_Transport())
+
+
+def pid_of(master: rosgraph.Master, node: str) -> Optional[int]:
+    """The process of a node, as it says itself; None if it does not answer.
+
+    Args:
+        master: the ROS master.
+        node: its full name.
+    """
+    try:
+        return int(slave(master.lookupNode(node)).getPid('/rosslt')[2])
+    except NO_NODE:
+        return None
 
 
 def published_types(nodes: Iterable[str]) -> Dict[str, Dict[str, str]]:

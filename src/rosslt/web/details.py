@@ -78,6 +78,8 @@ class Details:
         """Markdown: the expressions, the sources, and who sends them on."""
         lines = ['**Where it comes from**', '']
         lines += ['- {:.6g} = {}'.format(float(one), code(text)) for one, text in zip(handle.tracked, explained)]
+        if handle.basis is not None:
+            lines += ['', handle.basis.text]
         lines += ['', '**The numbers behind it**', '']
         for source in sources:
             note = self._descriptions.why_fixed(source)

@@ -15,7 +15,7 @@ from rosslt.cli.reading import heard_publishers, listener
 from rosslt.cli.rendering import text_of
 from rosslt.cli.verb import LOOK
 from rosslt.messages import Scalar
-from rosslt.node import Directory, Heard
+from rosslt.node import Directory, Heard, age_text
 
 GROUP = LOOK
 SUMMARY = 'where a field of a topic comes from: the expression, and each location in it'
@@ -77,7 +77,7 @@ def _explain_learned(
         if known is None and each.publisher and each.publisher not in state.tracked_nodes:
             why_not.append(f'`rosslt learn {each.publisher}` can find out what moves it')
         elif known and known.why_not:
-            why_not.append(f'learned {learned.age_text(known.age)} ago, {known.why_not}')
+            why_not.append(f'learned {age_text(known.age)} ago, {known.why_not}')
         elif known:
             is_known = True
             for moved in known.leaves:
@@ -98,7 +98,7 @@ def _show_effects(received: Heard, moved: learned.Moved, age: float) -> None:
         print(f'{received.topic} {moved.path} = {text_of(moved.value)}, published by {received.publisher}')
     for one in moved.effects:
         write_result(
-            f'  learned {learned.age_text(age)} ago: {one.text}',
+            f'  learned {age_text(age)} ago: {one.text}',
             *(moved.path, text_of(moved.value), 'learned', one.name, one.kind, one.slope, one.uncertainty, round(age)),
         )
 

@@ -42,6 +42,7 @@ class Drag:
         heard: when the hand last did something.
         turn: how far the hand has turned it, as in `Handle.turn`, also more than once around.
         fault: why it asks for nothing more, or None.
+        unlike: why its node does not do what was learned of it, if its provenance is from there; '' if it does.
         refusal: the error of the last request, or None.
         request: its changes: one request, in the histories of the owners as well.
         goes_back: whether what it has changed is to be taken back as it is over.
@@ -66,6 +67,10 @@ class Drag:
         self.is_exact = False
         self.heard, self.due = time.monotonic(), 0.0
         self.fault: Optional[str] = None
+        self.unlike = ''
+        if handle.basis is not None:
+            handle.basis.begin()
+            self.learn(handle)
         self.refusal: Optional[Exception] = None
         self.followed: Dict[values.Source, Any] = {}
 
@@ -128,6 +133,9 @@ class Drag:
         """A message shows the thing: where its sources bring it, or its node has moved it, or shows another one."""
         if handle is self.thing or self.has_left(values.sources(list(handle.tracked))) or self.misfit(handle):
             return
+        if handle.basis is not None:
+            self.learn(handle)
+            return
         way = _way(self.thing, handle)
         is_there = _is_there(way, handle)
         is_told = _sources(handle) == _sources(self.thing)
@@ -138,6 +146,23 @@ class Drag:
             self.went_on, self.doubt = way, None
         else:
             self.doubt = handle
+
+    def learn(self, handle: Handle) -> bool:
+        """Correct what was learned of the node of a thing, if its provenance is from there, by a message that shows the
+        thing; False if the message tells nothing, as the node is still on the way from former inputs."""
+        if handle.basis is None:
+            return True
+        readings = node.Expression(list(handle.tracked)).readings
+        is_present = not self.request.after or self.request.shown_by(readings) is node.Shown.NEW
+        if not (is_present and handle.basis.is_settled):
+            return False
+        try:
+            handle.basis.correct()
+        except values.NotInvertible as error:
+            self.unlike = f'{handle.basis.publisher}: {error}'
+            return False
+        self.thing, self.went_on, self.doubt = handle, 0.0, None
+        return True
 
     def give_up_doubt(self) -> None:
         """Nothing tells any more what its node has done: a thing that has gone on is not brought anywhere else."""

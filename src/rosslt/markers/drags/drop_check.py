@@ -28,14 +28,15 @@ class Drop:
     def __init__(self, drag: Drag, change: Callable[[], bool], resolution: float = 0.0) -> None:
         self.drag, self._resolution = drag, resolution
         self._handle = drag.solved
-        self.loop = node.ClosedLoop(drag.request, lambda _: change(), ROUNDS, TIMEOUT, leaves_moving=True)
+        timeout = TIMEOUT + (drag.handle.basis.following.delay if drag.handle.basis is not None else 0.0)
+        self.loop = node.ClosedLoop(drag.request, lambda _: change(), ROUNDS, timeout, leaves_moving=True)
         self.loop.follow()
 
     def see(self, handle: Optional[Handle]) -> None:
         """Take in the thing as the latest message has it, or None."""
         if handle is not None and handle is not self._handle and self.drag.misfit(handle) is None:
             self._handle = handle
-            if not self.drag.has_left(values.sources(list(handle.tracked))):
+            if not self.drag.has_left(values.sources(list(handle.tracked))) and self.drag.learn(handle):
                 self.loop.take(self._observed(handle))
         if not self.loop.is_over and time.monotonic() >= self.loop.end:
             self.loop.pass_time()

@@ -221,11 +221,12 @@ class Drags:
         error = '' if drop.loop.seen else self._why_raised(drag)
         if not error:
             drop.see(self._scene.handle(name))
+        error = error or drag.unlike
         if not (error or drop.loop.is_over) or self._drops.get(name) is not drop:
             return
         del self._drops[name]
         if error:
-            self._scene.say(drag.handle, f'{drag.request.raised(error)}; {self._take_back(drag)}')
+            self._scene.say(drag.handle, f'{drag.unlike or drag.request.raised(error)}; {self._take_back(drag)}')
             self._scene.let_go(name)
         elif not drop.is_seen:
             why = self._why_left(drag, self._scene.handle(name) or drag.handle)
@@ -274,7 +275,8 @@ class Drags:
         if not drag.is_exact or drag.went_on or not self._is_in_force(drag):
             return False
         before = dict(drag.request.after)
-        drag.thing = self._scene.handle(drag.handle.name) or drag.thing
+        if drag.handle.basis is None:
+            drag.thing = self._scene.handle(drag.handle.name) or drag.thing
         drag.refusal = self._force(drag, drag.pose, may_leap=True)
         if drag.refusal is not None or drag.request.after == before:
             return False
@@ -298,9 +300,9 @@ class Drags:
             return drag
         wait = 1.0 / self._rules.rate if self._drops or self._held else PERIOD
         for name, drag in self._held.items():
-            if drag.request.after and drag.fault is None and self._why_raised(drag):
-                return drag
             drag.take(self._scene.handle(name) or drag.thing)
+            if drag.request.after and drag.fault is None and (drag.unlike or self._why_raised(drag)):
+                return drag
             if self._rules.is_live and (drag.asked != drag.pose or drag.doubt is not None):
                 wait = min(wait, drag.due - now)
                 if wait <= 0.0:
@@ -330,9 +332,9 @@ class Drags:
     def _ask(self, drag: Drag) -> None:
         """Ask the owners where the hand has gone on since they were last asked, or lets go."""
         error = self._why_raised(drag) if drag.request.after and drag.fault is None else ''
-        if error:
-            drag.fault = f'{drag.request.raised(error)}; {self._take_back(drag)}'
         drag.take(self._scene.handle(drag.handle.name) or drag.thing)
+        if drag.request.after and drag.fault is None and (error or drag.unlike):
+            drag.fault = f'{drag.unlike or drag.request.raised(error)}; {self._take_back(drag)}'
         if drag.fault is not None or drag.is_over:
             drag.give_up_doubt()
         if drag.doubt is not None:
@@ -414,6 +416,8 @@ class Drags:
                 in_place=drag.targets_in_place(self._scene.handle),
             )
             joint_limits.check(drag.handle.limits, plan.after)
+            if drag.thing.basis is not None:
+                drag.thing.basis.check(plan.after)
             wanted = changes.to_request(plan, drag.request.after)
             if wanted:
                 drag.solved = handle

@@ -105,6 +105,8 @@ def _plan(
         limited=handle.limits,
     )
     joint_limits.check(handle.limits, plan.after)
+    if handle.basis is not None:
+        handle.basis.check(plan.after)
     if not (limit or plan.gap > resolution):
         return plan, ''
     why = limit or wording.limit(plan.stops or {}, name_of)

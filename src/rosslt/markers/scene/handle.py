@@ -15,6 +15,7 @@ from rosslt.markers.geometry import (
     turn_without_noise,
     without_noise,
 )
+from rosslt.markers.scene.basis import Basis
 
 #: The size of arrows and rings relative to the thing that they surround, so that they stand outside it: RViz begins
 #: arrows at half of that.
@@ -143,9 +144,10 @@ class Handle:
 
     Attributes:
         tracked: the tracked values that a drag can change.
+        basis: what their provenance comes from if nobody tracks the node that sends them; else None.
     """
 
-    __slots__ = ('draw_key', 'frame', 'name', 'pose', 'rank', 'shapes', 'size', 'thing', 'tracked')
+    __slots__ = ('basis', 'draw_key', 'frame', 'name', 'pose', 'rank', 'shapes', 'size', 'thing', 'tracked')
 
     #: Whether it is the body of its thing, or one of its points or sizes.
     level = BODY
@@ -173,6 +175,7 @@ class Handle:
     ) -> None:
         self.name, self.frame, self.pose, self.size, self.draw_key, self.rank = name, frame, pose, size, draw_key, rank
         self.thing = thing or name
+        self.basis: Optional[Basis] = None
         self.tracked, self.shapes = [value for value in numbers if has_source(value)], shapes
 
     def wanted(self, pose: PoseTuple, moved: bool, turned: bool) -> Tuple[List[Any], List[float]]:

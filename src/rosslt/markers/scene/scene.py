@@ -19,6 +19,7 @@ from rosslt import node, values
 from rosslt.markers.faults import contained
 from rosslt.markers.geometry import PoseTuple, distance
 from rosslt.markers.scene import marker as markers
+from rosslt.markers.scene.basis import Basis
 from rosslt.markers.scene.by_type import kind_of
 from rosslt.markers.scene.duplicates import Duplicates
 from rosslt.markers.scene.handle import Handle, Settings
@@ -190,13 +191,14 @@ class Scene:
 
     # For messages.
 
-    def take(self, topic: str, message: genpy.Message, is_shown: bool) -> None:
+    def take(self, topic: str, message: genpy.Message, is_shown: bool, basis: Optional[Basis] = None) -> None:
         """Follow a message of any type that is watched.
 
         Args:
             topic: its name.
             message: an ordinary message, with tracked values in it.
             is_shown: whether RViz shows it by itself.
+            basis: as that of a Handle.
         """
         publisher = (message._connection_header or {}).get('callerid', '')
         faults: List[Optional[str]] = []
@@ -206,9 +208,9 @@ class Scene:
                 things = self._things.setdefault(topic, {})
                 for marker in message.markers if message._type == MarkerArray._type else [message]:
                     with contained(f'a marker of {publisher} on {topic} cannot be read'):
-                        faults.append(self._take_marker(topic, things, marker, publisher, is_shown))
+                        faults.append(self._take_marker(topic, things, marker, publisher, is_shown, basis))
         else:
-            faults.append(self._take_other(topic, message, publisher))
+            faults.append(self._take_other(topic, message, publisher, basis))
         for fault in filter(None, faults):
             rospy.logwarn_throttle_identical(WARNING_PERIOD, '{} on {}: {}'.format(publisher, topic, fault))
 
@@ -231,12 +233,15 @@ class Scene:
             for key in [key for key, thing in things.items() if thing.publisher not in publishers]:
                 self._delete(topic, things, key)
 
-    def _take_other(self, topic: str, message: genpy.Message, publisher: str) -> Optional[str]:
+    def _take_other(self, topic: str, message: genpy.Message, publisher: str, basis: Optional[Basis]) -> Optional[str]:
         """Follow a message that is not a marker; what is wrong with it, or None."""
         kind = kind_of(type(message))
         if kind is None:
             return None
         named = list(kind.handles(topic, message, self._settings))  # not locked: it may ask for robot_description
+        for _, handle in named:
+            if handle is not None:
+                handle.basis = basis
         with self._lock:
             things = self._things.setdefault(topic, {})
             if any(handle is not None and not handle.frame for _, handle in named):
@@ -250,7 +255,13 @@ class Scene:
         return None
 
     def _take_marker(
-        self, topic: str, things: Dict[Key, Thing], marker: Marker, publisher: str, is_shown: bool
+        self,
+        topic: str,
+        things: Dict[Key, Thing],
+        marker: Marker,
+        publisher: str,
+        is_shown: bool,
+        basis: Optional[Basis],
     ) -> Optional[str]:
         """Follow a marker; what is wrong with it, or None."""
         key = (marker.ns, marker.id)
@@ -264,6 +275,8 @@ class Scene:
             fault = handles and _fault(marker)
             if fault:
                 return 'marker {}/{} {}'.format(*key, fault)
+            for handle in handles:
+                handle.basis = basis
             self._put(topic, things, key, handles, publisher)
             self._live(topic, key, marker.lifetime)
         else:

@@ -2,7 +2,7 @@
 
 import functools
 import threading
-from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Set
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Set
 
 import rosgraph
 import roslib.message
@@ -10,7 +10,9 @@ import rospy
 
 from rosslt import messages, node
 from rosslt.markers.faults import contained
+from rosslt.markers.scene.basis import Basis
 from rosslt.markers.scene.by_type import KINDS, kind_of
+from rosslt.markers.scene.learned import LearnedNodes
 from rosslt.markers.scene.scene import MARKER_TYPES, Scene
 
 #: The period of looking up topics and publishers, in seconds.
@@ -51,6 +53,7 @@ class Watch:
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
         self._reader = node.TopicReader(self._take, is_exact=True)
+        self._learned = LearnedNodes(self._master, self._show)
         threading.Thread(target=self._look, name='topics', daemon=True).start()
 
     def _look(self) -> None:
@@ -75,6 +78,8 @@ class Watch:
             for topic, kind in graph.types.items()
             if topic in (self._only or graph.types) and is_visible(topic, kind)
         }
+        with contained('what was learned cannot be used'):
+            self._learned.follow(present, graph.publishers, graph.subscribers, graph.types)
         before = self._reader.topics()
         with contained('a topic cannot be watched'):
             self._reader.follow(present)
@@ -85,8 +90,12 @@ class Watch:
 
     def _take(self, heard: node.Heard) -> None:
         with contained(f'a message on {heard.topic} cannot be read'):
-            # RViz shows no tracked types by itself
-            self._scene.take(heard.topic, heard.message, heard.type == heard.message._type)
+            if not self._learned.take(heard):
+                self._show(heard, heard.message, None)
+
+    def _show(self, heard: node.Heard, message: messages.Message, basis: Optional[Basis]) -> None:
+        # RViz shows no tracked types by itself
+        self._scene.take(heard.topic, message, heard.type == message._type, basis)
 
 
 @functools.lru_cache(maxsize=None)

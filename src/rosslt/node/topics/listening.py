@@ -40,15 +40,16 @@ class TopicReader:
     Args:
         take: called with each message.
         is_exact: leave out messages between whole ones, instead of completing what is as in the last whole one.
+        of_moved: complete what has moved since as well, as in `messages.LastProvenance`.
 
     Attributes:
         left_out: the number of messages that were left out.
     """
 
-    def __init__(self, take: Callable[[Heard], None], is_exact: bool = False) -> None:
+    def __init__(self, take: Callable[[Heard], None], is_exact: bool = False, of_moved: bool = False) -> None:
         self._heard, self._is_exact = take, is_exact
         self.left_out = 0
-        self._last = messages.LastProvenance(of_moved=False)
+        self._last = messages.LastProvenance(of_moved)
         self._subscribers: Dict[str, Tuple[str, Subscriber]] = {}  # topic -> (its type, the subscriber)
 
     def follow(self, types: Mapping[str, str]) -> None:
