@@ -103,7 +103,7 @@ def launch(master, tmp_path):
 def handle(hand, frame):
     """The name of the handle on a frame, once it is there."""
     return wait_until(
-        lambda: next((name for name in hand.names() if name.endswith(f'tf_static:{frame}')), None),
+        lambda: next((name for name in hand.names() if name in (f'/tf:{frame}', f'/tf_static:{frame}')), None),
         lambda: f'a handle on {frame}; there are: {sorted(hand.names())}',
     )
 
@@ -142,10 +142,13 @@ def test_a_fixed_frame_is_dragged_and_saved(launch, hand, frames):
 
 def test_each_frame_is_moved_by_the_numbers_that_are_there(launch, hand, frames):
     with launch():
-        ways = {frame: set(hand.controls(handle(hand, frame))) for frame in ('mast', 'camera', 'lens')}
         moving = {'body', 'move_x', 'move_y', 'move_z'}
         turning = {'rotate_x', 'rotate_y', 'rotate_z'}
-        assert [one - {'menu'} for one in ways.values()] == [moving | turning, moving | turning, moving], ways
+        for frame, ways in (('mast', moving | turning), ('camera', moving | turning), ('lens', moving)):
+            name = handle(hand, frame)
+            hand.release(hand.press(name))  # of several things, the one that was clicked shows its arrows
+            wait_until(lambda name=name, ways=ways: set(hand.controls(name)) - {'menu'} == ways, f'ways of {frame}')
+        assert rospy.get_param('robot_description') == URDF.format(pitch='0')
         assert not [name for name in hand.names() if name.endswith((':bare', ':arm'))]
         hand.drag(handle(hand, 'lens'), dz=0.25)
         wait_until(lambda: is_at(frames, 'lens', (0.05, 0, 0.25)), 'the frame is where it was dropped', 60)
@@ -240,6 +243,29 @@ def test_of_two_robots_the_one_that_is_dragged_changes(launch, hand, frames):
         assert origin('camera_joint', '/left/robot_description')['xyz'] == (0.35, 0, 0.5)
         assert rospy.get_param('/right/robot_description') == URDF.format(pitch='0')
         assert is_at(frames, 'right/camera', (0.1, 0, 0.5))
+
+
+def test_a_frame_that_is_sent_again_and_again_is_dragged(launch, hand, frames):
+    with launch(ROBOT + PUBLISHER.format('publisher', '<param name="use_tf_static" value="false"/>')):
+        name = handle(hand, 'camera')
+        assert name == '/tf:camera'
+        hand.drag(name, dx=0.25)
+        wait_until(lambda: is_at(frames, 'camera', (0.35, 0, 0.5)), 'the frame is where it was dropped', 60)
+        wait_until(lambda: name in hand.names() and hand.position(name) == (0.35, 0, 0.5), 'the handle is there')
+        assert origin('camera_joint') == {'xyz': (0.35, 0, 0.5), 'rpy': (0, 0, 0)}
+
+
+def test_what_somebody_else_sets_meanwhile_stays(launch, hand, frames):
+    with launch():
+        held = hand.press(handle(hand, 'camera'))
+        hand.move(held, dx=0.25)
+        theirs = URDF.format(pitch='0').replace('0 0 1.50', '0 0 1.75')
+        rospy.set_param('robot_description', theirs)
+        wait_until(lambda: rosslt('get', '/robot_description/mast_joint/xyz/2').stdout == '1.75\n', 'their number')
+        hand.release(held)
+        wait_until(lambda: is_at(frames, 'camera', (0.35, 0, 0.5)), 'the frame is where it was dropped', 60)
+        assert is_at(frames, 'mast', (0, 0, 1.75))
+        assert rospy.get_param('robot_description') == theirs.replace('0.10 0', '0.35 0')
 
 
 def test_a_frame_of_two_robots_has_no_handle(launch, hand, frames):
