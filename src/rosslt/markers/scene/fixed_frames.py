@@ -152,7 +152,8 @@ class FixedFrames:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._heard: Dict[str, Dict[str, _Frame]] = {}  # by the frame, and by who has sent it
-        self._shown: Dict[str, Tuple[Any, ...]] = {}  # by the frame: what its handle was made of
+        # By the frame: on which topic its handle is shown, and what that was made of.
+        self._shown: Dict[str, Tuple[str, Tuple[Any, ...]]] = {}
         self._launches: List[str] = []
         self._robots: Dict[str, List[str]] = {}  # of those who send frames: the parameters that they have read
         self._lock = threading.Lock()  # messages come while the master is looked at
@@ -205,6 +206,8 @@ class FixedFrames:
         known = [name for name in found if name in self._robots]
         if not known and frame not in self._shown:
             return
+        topic, before = self._shown.get(frame, (next(iter(found.values())).topic, None))
+        publisher = ''
         basis: Tuple[Any, ...] = ()
         handle: Optional[FixedFrameHandle] = None
         if len(found) == 1 and known:
@@ -213,14 +216,10 @@ class FixedFrames:
             origins = [self._origin_of(name, text, one.transform) for name, text in texts.items()]
             certain = [origin for origin in origins if origin is not None]
             basis = one.transform, texts, [origin.owner for origin in certain]
-            if basis == self._shown.get(frame):
-                return
-            handle = self._handle(one, certain[0]) if len(certain) == 1 else None
-        elif self._shown.get(frame) == basis:
-            return
-        topic, publisher = next(((one.topic, name) for name, one in found.items()), ('', ''))
-        if self._scene.show_frame(topic, frame, handle, publisher):
-            self._shown[frame] = basis
+            if len(certain) == 1 and basis != before:
+                topic, handle = one.topic, self._handle(one, certain[0])
+        if basis != before and self._scene.show_frame(topic, frame, handle, publisher):
+            self._shown[frame] = topic, basis
 
     def _handle(self, one: _Frame, origin: '_Origin') -> FixedFrameHandle:
         sent = one.transform.transform.rotation
