@@ -85,6 +85,25 @@ def is_reader(one: Any, name: str, parameters: Mapping[str, Any]) -> bool:
     return ns_join(within, asked) == name
 
 
+def with_publishers(
+    origins: Mapping[str, Dict[str, Any]], nodes: Sequence[Any], parameters: Mapping[str, Any]
+) -> Dict[str, Dict[str, Any]]:
+    """Where a launch file gives parameters; of those that are texts of files also who sends the frames of a robot in
+    them.
+
+    Args:
+        origins: where they are given, by their full names.
+        nodes: those that run here, of roslaunch.
+        parameters: those of the launch file, by their full names.
+    """
+    found = dict(origins)
+    for name, origin in origins.items():
+        if 'text_of' in origin:
+            readers = [one for one in nodes if 'xyz' in _READERS.get(one.type, ()) and is_reader(one, name, parameters)]
+            found[name] = {**origin, 'publishers': [ns_join(one.namespace, one.name) for one in readers]}
+    return found
+
+
 class LaunchedRobot:
     """A robot in a parameter, as the nodes of a launch file read it.
 

@@ -15,6 +15,7 @@ import rospkg
 
 from rosslt.files import ORIGINS
 from rosslt.instrument.launched_parameters import LaunchedParameters
+from rosslt.instrument.launched_robots import with_publishers
 from rosslt.instrument.parameter_origins import NotingLoader, with_earlier
 from rosslt.instrument.runner import NoNode, find_node, is_python_node
 from rosslt.instrument.static_transforms import keep_provenance
@@ -109,8 +110,9 @@ class _Parent(roslaunch.parent.ROSLaunchParent):
                 one.launch_prefix = prefix_of(one.launch_prefix, command)
         self._here = [one for one in self.config.nodes if _is_here(one)]
         self._as_they_are = [one for one in self._here if _is_as_it_is(one)]
-        if loader.origins:
-            self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(loader.origins)), verbose=False)
+        origins = with_publishers(loader.origins, self._here, self.config.params)
+        if origins:
+            self.config.add_param(roslaunch.core.Param(ORIGINS, with_earlier(origins)), verbose=False)
         if self._markers:
             self._add(MARKERS, respawn=True, respawn_delay=RESPAWN_DELAY)
         if self._rviz:

@@ -59,10 +59,16 @@ class Offers(NamedTuple):
 
     def choices(self, handle: Handle) -> List[Choice]:
         """The sources that a drag of a thing may change, the default first; none if it changes nothing."""
-        fixed = self.descriptions.fixed(values.sources(handle.tracked))
+        fixed: Collection[values.Source] = ()
+        if not handle.takes_restart:
+            fixed = self.descriptions.fixed(values.sources(handle.tracked))
         held = self.descriptions.held(handle.tracked, self.scene.shared(handle))
         choices = choices_of(handle.asked(self.descriptions.can_change), fixed, held)
         return [choice for choice in choices if choice.changed]
+
+    def can_change(self, handle: Handle) -> bool:
+        """True if a drag of a thing can change what it comes from, as far as known."""
+        return handle.takes_restart or self.descriptions.can_change(handle.tracked)
 
     def title(self, choice: Choice) -> str:
         """The text of a choice."""

@@ -57,6 +57,7 @@ def plan(
     shared: Sequence[Collection[values.Source]] = (),
     limited: Sequence[Limited] = (),
     in_place: Tuple[Sequence[Any], Sequence[float]] = ((), ()),
+    takes_restart: bool = False,
 ) -> Plan:
     """Plan the values of sources that bring tracked values to their targets, or as near as they can come.
 
@@ -74,6 +75,7 @@ def plan(
         thing: the tracked numbers of the thing as the hand took hold of it; by default any source changes.
         shared: of each of these, as of `Directory.held`.
         limited: numbers that are to stay within limits, as far as bounds of sources say so.
+        takes_restart: whether sources change whose changes take effect at the next start of a node.
         in_place: tracked values that are to stay, each `FIRMNESS` times as firmly as the others go, and where they are.
 
     Raises:
@@ -86,6 +88,8 @@ def plan(
         tracked = values.reapply(list(tracked), began)
     present = values.source_values(tracked)
     limits = node.limits(list(present), timeout)
+    if takes_restart:
+        limits['read_only'] = [one for one in limits['read_only'] if not node.directory().at_next_start(one)]
     limits['bounds'] = joint_limits.narrowed(limits['bounds'], limited)
     if thing is not None and not chosen:
         held = node.directory().held(thing, shared)

@@ -303,7 +303,8 @@ class Drags:
             drag.take(self._scene.handle(name) or drag.thing)
             if drag.request.after and drag.fault is None and (drag.unlike or self._why_raised(drag)):
                 return drag
-            if self._rules.is_live and (drag.asked != drag.pose or drag.doubt is not None):
+            follows = self._rules.is_live and not drag.handle.takes_restart
+            if follows and (drag.asked != drag.pose or drag.doubt is not None):
                 wait = min(wait, drag.due - now)
                 if wait <= 0.0:
                     drag.due = now + 1.0 / self._rules.rate
@@ -414,6 +415,7 @@ class Drags:
                 shared=drag.shared,
                 limited=drag.handle.limits,
                 in_place=drag.targets_in_place(self._scene.handle),
+                takes_restart=drag.handle.takes_restart,
             )
             joint_limits.check(drag.handle.limits, plan.after)
             if drag.thing.basis is not None:
@@ -472,6 +474,8 @@ class Drags:
             place = node.directory().of(source)
             if place is not None and place.location.plain_copies:
                 reasons.append(f'{self._name_of(source)}: {place.location.plain_copies}')
+        late = dict.fromkeys(filter(None, map(node.directory().at_next_start, plan.after)))
+        reasons += [f'it {why}' for why in late]
         reasons += [WENT_ON] if drag.went_on > self._rules.resolution else []
         reasons += [stays] if stays else []
         chosen = self.chosen.get(handle.name)

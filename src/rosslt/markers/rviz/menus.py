@@ -57,7 +57,7 @@ class Menus:
     def of(self, handle: Handle) -> Optional[Menu]:
         """The menu of a handle; None if nothing that it comes from takes changes."""
         descriptions = self._offers.descriptions
-        if not descriptions.can_change(handle.tracked):
+        if not self._offers.can_change(handle):
             return None
         is_chosen, choices = self._offers.is_chosen, self._offers.choices(handle)
         return Menu(

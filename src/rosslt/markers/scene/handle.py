@@ -155,6 +155,9 @@ class Handle:
     #: Whether its shapes are the thing itself, which RViz does not show.
     draws_thing = False
 
+    #: Whether a change of its numbers has a node started again: then they are changed once, when a hand lets it go.
+    takes_restart = False
+
     #: What its drags leave within limits.
     limits: Tuple[Limited, ...] = ()
 

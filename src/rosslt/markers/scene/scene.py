@@ -68,11 +68,14 @@ class Scene:
 
     Args:
         settings: what the user has chosen for all handles.
+
+    Attributes:
+        settings: the same.
     """
 
     def __init__(self, settings: Settings) -> None:
         self._lock = threading.RLock()
-        self._settings = settings
+        self.settings = settings
         self._changed: Set[str] = set()  # names of handles that no view has taken news of yet
         self._let_go: Set[str] = set()
         self._said: List[Tuple[Handle, str]] = []
@@ -203,7 +206,7 @@ class Scene:
         publisher = (message._connection_header or {}).get('callerid', '')
         faults: List[Optional[str]] = []
         if message._type in MARKER_TYPES:
-            is_shown = is_shown and not self._settings.draws_all
+            is_shown = is_shown and not self.settings.draws_all
             with self._lock:
                 things = self._things.setdefault(topic, {})
                 for marker in message.markers if message._type == MarkerArray._type else [message]:
@@ -218,6 +221,16 @@ class Scene:
         """Show the only handle of a topic, made of a message of a type that need not be one that is seen."""
         with self._lock:
             self._put(topic, self._things.setdefault(topic, {}), (), [handle], publisher)
+
+    def show_frame(self, topic: str, frame: str, handle: Optional[Handle], publisher: str) -> bool:
+        """Show a handle on a frame whose transform is plain, or none any more; False if a hand holds that, or waits for
+        a message that shows it where it was dropped."""
+        with self._lock:
+            things, key = self._things.setdefault(topic, {}), ('plain', frame)
+            if handle is None and any(map(self.is_held, things[key].names if key in things else ())):
+                return False
+            self._put(topic, things, key, [] if handle is None else [handle], publisher)
+            return True
 
     def expire(self) -> None:
         """Drop the things whose lifetime is over, or begins later: a simulation has set the clock back."""
@@ -238,7 +251,7 @@ class Scene:
         kind = kind_of(type(message))
         if kind is None:
             return None
-        named = list(kind.handles(topic, message, self._settings))  # not locked: it may ask for robot_description
+        named = list(kind.handles(topic, message, self.settings))  # not locked: it may ask for robot_description
         for _, handle in named:
             if handle is not None:
                 handle.basis = basis
@@ -271,7 +284,7 @@ class Scene:
             for key in list(things):
                 self._delete(topic, things, key)
         elif marker.action == Marker.ADD:
-            handles = markers.marker_handles(topic, marker, is_shown, self._settings)
+            handles = markers.marker_handles(topic, marker, is_shown, self.settings)
             fault = handles and _fault(marker)
             if fault:
                 return 'marker {}/{} {}'.format(*key, fault)

@@ -12,6 +12,7 @@ from rosslt import messages, node
 from rosslt.markers.faults import contained
 from rosslt.markers.scene.basis import Basis
 from rosslt.markers.scene.by_type import KINDS, kind_of
+from rosslt.markers.scene.fixed_frames import FixedFrames
 from rosslt.markers.scene.learned import LearnedNodes
 from rosslt.markers.scene.scene import MARKER_TYPES, Scene
 
@@ -49,7 +50,7 @@ class Watch:
     """
 
     def __init__(self, scene: Scene, topics: Iterable[str] = (), also: Sequence[Callable[[Graph], None]] = ()) -> None:
-        self._scene, self._also = scene, also
+        self._scene, self._also, self._fixed_frames = scene, also, FixedFrames(scene)
         self._only = frozenset(map(rospy.resolve_name, topics))
         self._master = rosgraph.Master(rospy.get_name())
         self._reader = node.TopicReader(self._take, is_exact=True)
@@ -86,12 +87,16 @@ class Watch:
         for topic in self._reader.topics() - before:
             rospy.loginfo('watching %s (%s)', topic, present[topic])
         for topic in before:  # what has just been subscribed to need not be connected yet
-            self._scene.keep_publishers(topic, self._reader.publishers(topic))
+            publishers = self._reader.publishers(topic)
+            self._scene.keep_publishers(topic, publishers)
+            self._fixed_frames.keep_publishers(topic, publishers)
+        self._fixed_frames.look(graph.services)
 
     def _take(self, heard: node.Heard) -> None:
         with contained(f'a message on {heard.topic} cannot be read'):
             if not self._learned.take(heard):
                 self._show(heard, heard.message, None)
+            self._fixed_frames.take(heard)
 
     def _show(self, heard: node.Heard, message: messages.Message, basis: Optional[Basis]) -> None:
         # RViz shows no tracked types by itself
