@@ -261,7 +261,14 @@ def test_what_somebody_else_sets_meanwhile_stays(launch, hand, frames):
         hand.move(held, dx=0.25)
         theirs = URDF.format(pitch='0').replace('0 0 1.50', '0 0 1.75')
         rospy.set_param('robot_description', theirs)
-        wait_until(lambda: rosslt('get', '/robot_description/mast_joint/xyz/2').stdout == '1.75\n', 'their number')
+        said = []
+
+        def is_known():
+            hand.keep(held)
+            said.append(rosslt('get', '/robot_description/mast_joint/xyz/2').stdout)
+            return said[-1] == '1.75\n'
+
+        wait_until(is_known, lambda: f'their number, not {said[-1]}')
         hand.release(held)
         wait_until(lambda: is_at(frames, 'camera', (0.35, 0, 0.5)), 'the frame is where it was dropped', 60)
         assert is_at(frames, 'mast', (0, 0, 1.75))
