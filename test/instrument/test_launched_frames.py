@@ -96,14 +96,15 @@ def launch(master, tmp_path):
     start.urdf = tmp_path / 'arm.urdf'
     yield start
     for name in rospy.get_param_names():
-        if name.endswith(('robot_description', 'tf_prefix')):
+        if name.endswith(('robot_description', 'tf_prefix', 'use_tf_static')):
             rospy.delete_param(name)
 
 
 def handle(hand, frame):
-    """The name of the handle on a frame, once it is there."""
+    """The name of the handle on a frame, once it is there: drawn since this hand looks, not by a view before."""
+    names = (f'/tf:{frame}', f'/tf_static:{frame}')
     return wait_until(
-        lambda: next((name for name in hand.names() if name in (f'/tf:{frame}', f'/tf_static:{frame}')), None),
+        lambda: next((name for name in names if name in hand.inserts and name in hand.names()), None),
         lambda: f'a handle on {frame}; there are: {sorted(hand.names())}',
     )
 
