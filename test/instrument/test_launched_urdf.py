@@ -136,7 +136,7 @@ def test_several_numbers_are_one_text_and_one_start(launch):
 
 
 def test_after_changes_one_node_publishes_the_frames(launch):
-    launch()
+    launched = launch()
     camera(0.1, 0, 0.5)
     locations()
     first = pid()
@@ -144,8 +144,8 @@ def test_after_changes_one_node_publishes_the_frames(launch):
         assert command('set', '/robot_description/camera_joint/xyz/2', str(index)).returncode == 0
     camera(0.1, 0, 3)
     assert pid() != first
-    pattern = 'robot_state_publisher __name:=publisher '
-    assert len(subprocess.run(['pgrep', '-f', pattern], capture_output=True, text=True, check=True).stdout.split()) == 1
+    words = ['pgrep', '--parent', str(launched.process.pid), '-f', 'robot_state_publisher __name:=publisher ']
+    assert len(subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()) == 1
 
 
 def test_without_restarts_only_what_nobody_has_read_is_changed(launch):
