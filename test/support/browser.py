@@ -50,7 +50,6 @@ LIBRARIES = os.environ.get('ROSSLT_PAGE_PATH', '')
 
 FLAGS = [
     '--headless=new',
-    '--disable-gpu-rasterization',  # which has no graphics card to be done by
     '--no-sandbox',
     '--use-gl=angle',  # drawn by Mesa, as RViz is: chromium's own SwiftShader locks up for good now and then
     '--use-angle=gl-egl',
