@@ -315,6 +315,9 @@ class Parameters:
             with self._wake:
                 self._done, self._is_answered = asked, True
                 self._wake.notify_all()
+        with self._wake:  # nobody asks it any more
+            self._is_answered = False
+            self._wake.notify_all()
 
     def _write(self, changed: List[Union[Location, str]]) -> None:
         if self._is_cleared:
